@@ -1,10 +1,39 @@
-//! Modes of a large problem on all processors.
+//! Work on all processors, also in a forked process.
+
+use std::sync::Mutex;
 
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Number of free coordinates from which each mode is worth a processor. Below it no other thread is started, because a
-/// process with several threads cannot be forked safely.
+/// Number of free coordinates from which each mode is worth a processor.
 const SHARED_SIZE: usize = 100;
+
+/// The threads of the process with this number. A forked child has those of its parent in memory, but none of them runs.
+static THREADS: Mutex<Option<(u32, &'static ThreadPool)>> = Mutex::new(None);
+
+/// What `work` returns, whose parallel iterators run on the threads of the pool in use, or on those of this process.
+pub(crate) fn in_parallel<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    match rayon::current_thread_index() {
+        Some(_) => work(),
+        None => threads_of_process().install(work),
+    }
+}
+
+/// One pool a process. The parent's is left alone in a child: to drop it would wait for threads that don't exist.
+fn threads_of_process() -> &'static ThreadPool {
+    let process = std::process::id();
+    let known = || THREADS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if let Some((owner, threads)) = *known()
+        && owner == process
+    {
+        return threads;
+    }
+    let built = ThreadPoolBuilder::new().build();
+    let threads: &'static ThreadPool =
+        Box::leak(Box::new(built.unwrap_or_else(|error| panic!("no threads: {error}"))));
+    *known() = Some((process, threads));
+    threads
+}
 
 /// Maps modes, or parts of them, one by one, in parallel if the problem is large; `size` counts its free coordinates.
 pub(crate) fn each<T: Send, U: Send>(
@@ -14,6 +43,6 @@ pub(crate) fn each<T: Send, U: Send>(
 ) -> Vec<U> {
     match size < SHARED_SIZE {
         true => modes.into_iter().map(map).collect(),
-        false => modes.into_par_iter().map(map).collect(),
+        false => in_parallel(|| modes.into_par_iter().map(map).collect()),
     }
 }

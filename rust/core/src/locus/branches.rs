@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use crate::error::input::Error;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 
@@ -32,8 +33,9 @@ pub(crate) fn regular_nodes(
     path: WatchedPath<'_>,
     values: &[f64],
 ) -> Result<(Vec<Node>, Vec<Node>), Error> {
-    let nodes =
-        values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
+    let nodes = in_parallel(|| {
+        values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()
+    })?;
     let crosses = |k: usize| {
         let neighbours = [nodes.get(k.wrapping_sub(1)), nodes.get(k + 1)];
         nodes[k].has_twins()
@@ -64,14 +66,12 @@ impl Mesh {
         // Of the path, so that a part of the values has the same mesh as all of them.
         let (lower, upper) = path.range();
         let resolution = RESOLUTION * (upper - lower);
-        let parts = nodes
-            .par_windows(2)
-            .map(|pair| {
-                let mut part = Mesh::default();
-                part.refine(path, &pair[0], &pair[1], demand, resolution)?;
-                Ok(part)
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
+        let part = |pair: &[Node]| {
+            let mut part = Mesh::default();
+            part.refine(path, &pair[0], &pair[1], demand, resolution)?;
+            Ok(part)
+        };
+        let parts = in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
         Ok(Mesh { crossings, ..Mesh::joined(nodes, parts) })
     }
 

@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::error::input::Error;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::branches::{Link, Mesh, regular_nodes};
 use crate::locus::node::{Member, Node};
 use crate::locus::watched_path::WatchedPath;
@@ -29,14 +30,12 @@ pub(crate) fn leading(
     modes: usize,
 ) -> Result<(Mesh, Vec<usize>), Error> {
     let (nodes, crossings) = regular_nodes(path, values)?;
-    let parts = nodes
-        .par_windows(2)
-        .map(|pair| {
-            let mut part = Mesh::default();
-            divide(path, &pair[0], &pair[1], modes, HALVINGS, &mut part)?;
-            Ok(part)
-        })
-        .collect::<Result<Vec<_>, Error>>()?;
+    let part = |pair: &[Node]| {
+        let mut part = Mesh::default();
+        divide(path, &pair[0], &pair[1], modes, HALVINGS, &mut part)?;
+        Ok(part)
+    };
+    let parts = in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
     let mut mesh = Mesh::joined(nodes, parts);
     mesh.crossings = crossings;
     let mut followed: Vec<Vec<bool>> =

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::branches::Mesh;
 use crate::locus::leading::leading;
 use crate::locus::node::Node;
@@ -116,9 +117,9 @@ impl Sweep {
             let both = sweep.right.chunks_mut(entries).zip(sweep.left.chunks_mut(entries));
             chunks.iter_mut().zip(both).for_each(|(chunk, both)| chunk.vectors = Some(both));
         }
-        chunks.into_par_iter().for_each(Chunk::fill);
+        in_parallel(|| chunks.into_par_iter().for_each(Chunk::fill));
         // A mesh of many nodes takes its time to drop as well.
-        mesh.nodes.into_par_iter().for_each(drop);
+        in_parallel(|| mesh.nodes.into_par_iter().for_each(drop));
         Ok(sweep)
     }
 }
@@ -264,5 +265,5 @@ pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error
     };
     // Verdicts on few coordinates are too short to be handed out one by one.
     let together = if path.size <= SMALL { 64 } else { 1 };
-    values.par_iter().with_min_len(together).map(verdict).collect()
+    in_parallel(|| values.par_iter().with_min_len(together).map(verdict).collect())
 }

@@ -14,6 +14,7 @@ use crate::contact::contact_forces::contact_forces_in;
 use crate::error::cancel::Cancel;
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::locus::watched_path::WatchedPath;
@@ -110,28 +111,26 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) ->
     };
     // A verdict takes microseconds, a motion milliseconds: one of them outweighs handing the work over.
     let least = if questions.motion.is_some() || questions.hopf.is_some() { 1 } else { 64 };
-    (0..samples.len())
-        .into_par_iter()
-        .with_min_len(least)
-        .map_init(workspace, |workspace, k| {
-            let mut answer = Answer::default();
-            if cancel.is_requested() {
-                return answer;
+    let one = |workspace: &mut Workspace, k: usize| {
+        let mut answer = Answer::default();
+        if cancel.is_requested() {
+            return answer;
+        }
+        let asked = RunFailure::guarded(|| match samples {
+            Samples::Family(family, rows) => {
+                let width = family.width();
+                let row = &rows[k * width..(k + 1) * width];
+                ask_family(family, row, questions, cancel, workspace, &mut answer);
             }
-            let asked = RunFailure::guarded(|| match samples {
-                Samples::Family(family, rows) => {
-                    let width = family.width();
-                    let row = &rows[k * width..(k + 1) * width];
-                    ask_family(family, row, questions, cancel, workspace, &mut answer);
-                }
-                Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
-            });
-            if let Err(failure) = asked {
-                answer.fail(Failure { kind: FailureKind::Error, reason: failure.to_string() });
-            }
-            answer
-        })
-        .collect()
+            Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
+        });
+        if let Err(failure) = asked {
+            answer.fail(Failure { kind: FailureKind::Error, reason: failure.to_string() });
+        }
+        answer
+    };
+    let numbers = (0..samples.len()).into_par_iter().with_min_len(least);
+    in_parallel(|| numbers.map_init(workspace, one).collect())
 }
 
 /// A pool of `threads` threads, to install [`answers`] in.

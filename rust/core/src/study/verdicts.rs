@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::input::Error;
+use crate::linalg::parallel::in_parallel;
 use crate::modes::growth::{ChainMatrices, Verdict};
 use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};
@@ -22,11 +23,8 @@ pub fn verdicts(
         Samples::Family(family, _) => (Some(family.template()), ChainMatrices::default()),
         Samples::Scenes(_) => (None, ChainMatrices::default()),
     };
-    let found: Vec<_> = (0..samples.len())
-        .into_par_iter()
-        // A few microseconds per sample: a hundred of them outweigh handing the work over.
-        .with_min_len(128)
-        .map_init(workspace, |(template, matrices), k| match samples {
+    let verdict =
+        |(template, matrices): &mut (Option<Template>, ChainMatrices), k: usize| match samples {
             Samples::Family(family, rows) => {
                 let template = template.get_or_insert_with(|| family.template());
                 let width = family.width();
@@ -34,8 +32,10 @@ pub fn verdicts(
                 of_template(template, combination, matrices)
             }
             Samples::Scenes(scenes) => Verdict::of_scene(&scenes[k], combination),
-        })
-        .collect();
+        };
+    // A few microseconds per sample: a hundred of them outweigh handing the work over.
+    let numbers = (0..samples.len()).into_par_iter().with_min_len(128);
+    let found: Vec<_> = in_parallel(|| numbers.map_init(workspace, verdict).collect());
     found.into_iter().enumerate().map(|(k, one)| one.map_err(|error| (k, error))).collect()
 }
 

@@ -59,13 +59,7 @@ pub fn settle(
         let look = search.stretch.max(longer.min(search.limit - elapsed));
         // Under loads in time a look begins and ends at the same phase of theirs.
         let look = period.map_or(look, |period| (look / period).ceil().max(PERIODS) * period);
-        let controls = Controls {
-            load_time: elapsed,
-            cancel: search.cancel,
-            // A run that begins after the deadline still takes its first steps.
-            time_limit: search.remaining().map(|rest| rest.max(f64::MIN_POSITIVE)),
-            ..Controls::default()
-        };
+        let controls = Controls { load_time: elapsed, ..search.controls() };
         let mut run = simulate(propagators, &state, look, search.method, controls)?;
         elapsed += run.end;
         if let Some(attractor) = attractor(&run, search) {

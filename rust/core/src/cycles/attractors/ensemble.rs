@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::cycles::attractors::attractor::{Attractor, settle};
 use crate::cycles::attractors::search::Search;
 use crate::error::run::RunFailure;
+use crate::linalg::parallel::in_parallel;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
 use crate::transient::trajectory::events::StopReason;
@@ -20,20 +21,17 @@ pub fn settle_all(
     cases: &[(Arc<Propagators>, State)],
     search: Search<'_>,
 ) -> Vec<Option<Result<Found, RunFailure>>> {
-    cases
-        .par_iter()
-        .with_max_len(1)
-        .map(|(scene, start)| {
-            if search.is_cancelled() {
-                return None;
-            }
-            let found = RunFailure::guarded(|| settle(scene, start, search));
-            let found = found.and_then(|found| Ok(found?));
-            let unfinished =
-                matches!(&found, Ok((_, run)) if run.stop_reason == StopReason::Interrupted);
-            (!unfinished).then_some(found)
-        })
-        .collect()
+    let one = |(scene, start): &(Arc<Propagators>, State)| {
+        if search.is_cancelled() {
+            return None;
+        }
+        let found = RunFailure::guarded(|| settle(scene, start, search));
+        let found = found.and_then(|found| Ok(found?));
+        let unfinished =
+            matches!(&found, Ok((_, run)) if run.stop_reason == StopReason::Interrupted);
+        (!unfinished).then_some(found)
+    };
+    in_parallel(|| cases.par_iter().with_max_len(1).map(one).collect())
 }
 
 #[cfg(test)]

@@ -103,7 +103,7 @@ impl<'a> Strobe<'a> {
             return None;
         }
         let mut sequence = match first < last {
-            true => steps(run, search.method, &self.labels, first..last)?,
+            true => steps(run, search, &self.labels, first..last)?,
             false => Vec::new(),
         };
         let combination = run.combination_of(last).into_owned();
@@ -118,7 +118,9 @@ impl<'a> Strobe<'a> {
         head.state.clone_from(&before);
         head.duration -= from - run.phases[first].start;
         sequence.push(tail);
-        let orbit = Orbit::solve(&run.propagators, search.method, sequence, periods).ok()?;
+        let orbit =
+            Orbit::solve(&run.propagators, search.method, sequence, periods, &|| search.is_over())
+                .ok()?;
         let distance = |state: &[f64]| scales.distance(state, &orbit.steps[0].state);
         let ago = self.state(count - rounds * periods)?;
         let (now, ago) = (distance(&now), distance(&ago));
@@ -127,6 +129,6 @@ impl<'a> Strobe<'a> {
         {
             return None;
         }
-        judged(orbit, now, ago, rounds)
+        judged(orbit, search, now, ago, rounds)
     }
 }

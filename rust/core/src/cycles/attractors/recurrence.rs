@@ -15,7 +15,6 @@ use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
-use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
@@ -29,6 +28,8 @@ pub(super) const NEAR_RECURRENCE: f64 = 0.5;
 const ON: f64 = 1e-8;
 /// Number of recurrences tried: the doublings of a period up to 64, or as many odd ones.
 const CANDIDATES: usize = 7;
+/// Phases of an orbit between two looks at whether the search is over.
+const PATIENCE: usize = 16;
 /// Distance of two states of one orbit that are the same one.
 const SAME: f64 = 1e-6;
 
@@ -79,15 +80,16 @@ fn recurring(
     sequence: &[Entry],
 ) -> Option<Recurrence> {
     let last = sequence.len().checked_sub(1)?;
+    let repeats = repeats(sequence);
     (1..=last / REPEATS)
-        .map(|period| (period, repeats(sequence, period)))
+        .map(|period| (period, repeats[period]))
         .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
         .take(CANDIDATES)
         .take_while(|_| !search.is_over())
         .filter_map(|(period, returns)| {
             let compared = &sequence[last - returns..];
             let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();
-            candidate(run, search.method, labels, &phases, period)
+            candidate(run, search, labels, &phases, period)
         })
         // A stable orbit that the run does not yet approach is waited for, not passed over for its doubling.
         .next()
@@ -124,7 +126,7 @@ fn lasting_combinations(run: &Trajectory, period: f64) -> Vec<Combination> {
 /// of which the last `period` make up one round.
 fn candidate(
     run: &Trajectory,
-    method: Method,
+    search: Search<'_>,
     labels: &[Label],
     ends: &[usize],
     period: usize,
@@ -137,8 +139,9 @@ fn candidate(
     if !(scales.distance(&run.phase_state(last), &run.phase_state(before)) < NEAR_RECURRENCE) {
         return None;
     }
-    let steps = steps(run, method, labels, before..last)?;
-    let orbit = Orbit::solve(&run.propagators, method, steps, 0).ok()?;
+    let steps = steps(run, search, labels, before..last)?;
+    let orbit =
+        Orbit::solve(&run.propagators, search.method, steps, 0, &|| search.is_over()).ok()?;
     let distance = |phase: usize| scales.distance(&run.phase_state(phase), &orbit.steps[0].state);
     let (now, first) = (distance(last), distance(ends[count - rounds * period]));
     if !(now < NEAR_RECURRENCE)
@@ -149,12 +152,18 @@ fn candidate(
     if repeats_itself(&orbit) {
         return None;
     }
-    judged(rotated(orbit), now, first, rounds)
+    judged(rotated(orbit), search, now, first, rounds)
 }
 
 /// An orbit that a run is on or approaches, `now` away from it and some rounds before `first`.
-pub(super) fn judged(orbit: Orbit, now: f64, first: f64, rounds: usize) -> Option<Recurrence> {
-    if !is_followed(&orbit) {
+pub(super) fn judged(
+    orbit: Orbit,
+    search: Search<'_>,
+    now: f64,
+    first: f64,
+    rounds: usize,
+) -> Option<Recurrence> {
+    if search.is_over() || !follows(&orbit, search.controls()) {
         return None;
     }
     let cycle = Cycle::new(orbit).ok()?;
@@ -165,19 +174,22 @@ pub(super) fn judged(orbit: Orbit, now: f64, first: f64, rounds: usize) -> Optio
     (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
 }
 
-/// The phases of a range as steps of an orbit.
+/// The phases of a range as steps of an orbit; None where they cannot be, or if the search is over.
 pub(super) fn steps(
     run: &Trajectory,
-    method: Method,
+    search: Search<'_>,
     labels: &[Label],
     phases: std::ops::Range<usize>,
 ) -> Option<Vec<Step>> {
     let mut steps = Vec::with_capacity(phases.len());
     for phase in phases {
+        if phase.is_multiple_of(PATIENCE) && search.is_over() {
+            return None;
+        }
         let combination = &*run.combination_of(phase);
         let start = &run.phase_state(phase)[..];
         let duration = run.phase_duration(phase);
-        let flow = Flow::new(&run.propagators, combination, method).ok()?;
+        let flow = Flow::new(&run.propagators, combination, search.method).ok()?;
         let end = flow.end(start, duration);
         let (events, after) = &labels[phase];
         let mut jumps = events.iter().filter(|event| event.1 == EventKind::Jump);
@@ -233,14 +245,25 @@ pub(super) fn condensed(labels: &[Label]) -> Vec<Entry> {
     sequence
 }
 
-/// Entries at the end whose labels equal those `period` before.
-fn repeats(sequence: &[Entry], period: usize) -> usize {
-    let last = sequence.len();
-    (0..last - period)
-        .take_while(|&back| {
-            sequence[last - 1 - back].label == sequence[last - 1 - back - period].label
-        })
-        .count()
+/// Entries at the end whose labels equal those `period` before, for every period from 0 on, in linear time: the function
+/// Z of the sequence read backwards (Gusfield, Algorithms on Strings, Trees, and Sequences, 1997, section 1.3).
+fn repeats(sequence: &[Entry]) -> Vec<usize> {
+    let count = sequence.len();
+    let label = |back: usize| &sequence[count - 1 - back].label;
+    let mut repeats = vec![count; count];
+    // The known match that reaches furthest: entries begin..end equal the first ones.
+    let (mut begin, mut end) = (0, 0);
+    for period in 1..count {
+        let mut equal = if period < end { repeats[period - begin].min(end - period) } else { 0 };
+        while period + equal < count && label(equal) == label(period + equal) {
+            equal += 1;
+        }
+        if period + equal > end {
+            (begin, end) = (period, period + equal);
+        }
+        repeats[period] = equal;
+    }
+    repeats
 }
 
 /// Whether it is a shorter orbit, run through several times.
@@ -259,6 +282,10 @@ fn repeats_itself(orbit: &Orbit) -> bool {
 
 /// Whether a run of one period from the orbit keeps to its sequence and comes back.
 pub fn is_followed(orbit: &Orbit) -> bool {
+    follows(orbit, Controls::default())
+}
+
+fn follows(orbit: &Orbit, controls: Controls<'_>) -> bool {
     let longest = (0..orbit.steps.len())
         .max_by(|&a, &b| orbit.steps[a].duration.total_cmp(&orbit.steps[b].duration));
     let Some((longest, Ok(flows))) = longest.map(|k| (k, orbit.flows())) else { return false };
@@ -270,7 +297,7 @@ pub fn is_followed(orbit: &Orbit) -> bool {
     let Ok(load_time) = scene.after_switches().map(|switched| switched + begun) else {
         return false;
     };
-    let controls = Controls { load_time, ..Controls::default() };
+    let controls = Controls { load_time, ..controls };
     let run = simulate(&orbit.propagators, &state, orbit.period, orbit.method, controls);
     let Ok(run) = run else { return false };
     let mut turned = orbit.clone();
@@ -313,4 +340,34 @@ fn rotated(mut orbit: Orbit) -> Orbit {
         .unwrap_or_default();
     orbit.steps.rotate_left(best);
     orbit
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Few labels and a repeated end, so that long matches overlap.
+        #[test]
+        fn the_repeats_of_every_period_are_those_of_the_comparison_one_by_one(
+            start in prop::collection::vec(0..2usize, 0..12),
+            round in prop::collection::vec(0..2usize, 1..6),
+            rounds in 1..6usize,
+        ) {
+            let contacts = start.into_iter().chain(round.iter().copied().cycle().take(rounds * round.len()));
+            let combination = Combination::parse("s", 1).expect("a combination");
+            let entry = |(phase, contact)| Entry {
+                label: (vec![(contact, EventKind::Velocity)], combination.clone()),
+                phase,
+            };
+            let sequence: Vec<Entry> = contacts.enumerate().map(entry).collect();
+            let backwards: Vec<&Label> = sequence.iter().rev().map(|entry| &entry.label).collect();
+            for (period, &found) in repeats(&sequence).iter().enumerate() {
+                let pairs = backwards.iter().zip(&backwards[period..]);
+                prop_assert_eq!(found, pairs.take_while(|(a, b)| a == b).count());
+            }
+        }
+    }
 }

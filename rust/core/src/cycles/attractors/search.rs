@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::error::cancel::Cancel;
 use crate::motion::method::Method;
+use crate::transient::run_state::Controls;
 
 /// How long to look.
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +29,16 @@ impl Search<'_> {
     /// Wall-clock seconds up to the deadline, where there is one.
     pub(crate) fn remaining(&self) -> Option<f64> {
         self.deadline.map(|end| end.saturating_duration_since(Instant::now()).as_secs_f64())
+    }
+
+    /// The same limits for a run.
+    pub(crate) fn controls(&self) -> Controls<'_> {
+        Controls {
+            cancel: self.cancel,
+            // A run that begins after the deadline still takes its first steps.
+            time_limit: self.remaining().map(|rest| rest.max(f64::MIN_POSITIVE)),
+            ..Controls::default()
+        }
     }
 
     /// Whether it is to compute no further: cancelled, or late.

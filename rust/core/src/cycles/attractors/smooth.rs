@@ -30,7 +30,7 @@ const ROUNDS: usize = 3;
 struct Turns<'a> {
     run: &'a Trajectory,
     flow: Flow<'a>,
-    method: Method,
+    search: Search<'a>,
     contact: usize,
     /// Local time, and the state, of the last instant before each turn.
     found: Vec<(f64, Vec<f64>)>,
@@ -38,7 +38,7 @@ struct Turns<'a> {
 }
 
 impl<'a> Turns<'a> {
-    fn new(run: &'a Trajectory, phase: usize, method: Method) -> Option<Self> {
+    fn new(run: &'a Trajectory, phase: usize, search: Search<'a>) -> Option<Self> {
         let scene = run.scene();
         let combination = run.combination_of(phase);
         let contacts: Vec<usize> =
@@ -46,7 +46,7 @@ impl<'a> Turns<'a> {
         if contacts.is_empty() {
             return None;
         }
-        let flow = Flow::new(&run.propagators, &combination, method).ok()?;
+        let flow = Flow::new(&run.propagators, &combination, search.method).ok()?;
         let duration = run.phase_duration(phase);
         let count = (PARTS as f64 * duration / flow.panel()?).ceil();
         if !(count <= MOST as f64) {
@@ -58,6 +58,9 @@ impl<'a> Turns<'a> {
         let mut fastest = vec![0.0f64; contacts.len()];
         let mut before: Option<(f64, Vec<f64>)> = None;
         for part in 0..=count as usize {
+            if search.is_over() {
+                return None;
+            }
             let time = (part as f64 * width).min(duration);
             cursor.seek_local(phase, time);
             if let Some((earlier, state)) = before.take() {
@@ -75,7 +78,7 @@ impl<'a> Turns<'a> {
         }
         let best = (0..contacts.len()).max_by(|&a, &b| fastest[a].total_cmp(&fastest[b]))?;
         let found = found.swap_remove(best);
-        Some(Self { run, flow, method, contact: contacts[best], found, width })
+        Some(Self { run, flow, search, contact: contacts[best], found, width })
     }
 
     /// Local time and state of a turn.
@@ -100,7 +103,9 @@ impl<'a> Turns<'a> {
         let kind = EventKind::Turn;
         let passage = Passage::new(scene, &combination, self.contact, kind);
         let step = Step { combination, state, duration: to - from, passage, kind };
-        Orbit::solve(&self.run.propagators, self.method, vec![step], 0)
+        Orbit::solve(&self.run.propagators, self.search.method, vec![step], 0, &|| {
+            self.search.is_over()
+        })
     }
 
     /// The cycle that the last turns are on or approach after `period` of them.
@@ -122,13 +127,13 @@ impl<'a> Turns<'a> {
         if !(now < NEAR_RECURRENCE) {
             return None;
         }
-        judged(orbit, now, first, rounds)
+        judged(orbit, self.search, now, first, rounds)
     }
 }
 
 /// The shortest cycle without events that the end of the run is on or approaches.
 pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
-    let turns = Turns::new(run, run.phases.len().checked_sub(1)?, search.method)?;
+    let turns = Turns::new(run, run.phases.len().checked_sub(1)?, search)?;
     let last = turns.found.len().checked_sub(1)?;
     (1..=LONGEST.min(last / ROUNDS))
         .take_while(|_| !search.is_over())
@@ -140,7 +145,8 @@ pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<
 /// The cycle that Newton's method finds from the end of a run, stable or not. The guess is the motion from the last earlier
 /// event that is like the last one to the last one, or between the last two turns of a run that ends without events.
 pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFailure> {
-    let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, method));
+    let search = Search { stretch: 0.0, limit: 0.0, method, cancel: None, deadline: None };
+    let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, search));
     if let Some(turns) = smooth.filter(|turns| turns.found.len() > 1) {
         let last = turns.found.len() - 1;
         return Cycle::new(turns.orbit([last - 1, last])?).map(Some);
@@ -150,8 +156,9 @@ pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFa
     let Some(last) = sequence.last() else { return Ok(None) };
     let like = sequence.iter().rev().skip(1).find(|entry| entry.label == last.label);
     let Some(before) = like else { return Ok(None) };
-    let Some(steps) = steps(run, method, &labels, before.phase..last.phase) else {
+    let Some(steps) = steps(run, search, &labels, before.phase..last.phase) else {
         return Ok(None);
     };
-    Cycle::new(Orbit::solve(&run.propagators, method, steps, 0)?).map(Some)
+    Cycle::new(Orbit::solve(&run.propagators, search.method, steps, 0, &|| search.is_over())?)
+        .map(Some)
 }

@@ -194,7 +194,7 @@ impl Orbit {
             }
             .into());
         }
-        Self::solve(propagators, self.method, self.steps.clone(), self.load_periods)
+        Self::solve(propagators, self.method, self.steps.clone(), self.load_periods, &|| false)
     }
 
     fn grid(&self, duration: f64) -> usize {

@@ -90,6 +90,9 @@ pub enum OrbitFailure {
     /// Newton's method shrank the guess to a state that does not move.
     #[error("the orbit shrank to a steady state")]
     Vanished,
+    /// The search ended before the orbit was found: interrupted, or its time was over.
+    #[error("the search for the orbit was stopped")]
+    Stopped,
     /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),

@@ -31,6 +31,8 @@ const LARGEST_STEP: f64 = 3.0;
 const ROUNDING: f64 = 1e-13;
 /// Part of its first speeds below which an orbit is a steady state.
 const STILL: f64 = 1e-6;
+/// Phases of a pass between two looks at whether the search is over.
+const PATIENCE: usize = 16;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -145,12 +147,14 @@ impl Shooting {
 }
 
 impl Orbit {
-    /// The orbit of `scene` with the event sequence of `guess`, starting from its states and durations.
+    /// The orbit of `scene` with the event sequence of `guess`, starting from its states and durations; a failure as soon as
+    /// `is_over`, which every phase asks.
     pub fn solve(
         propagators: &Arc<Propagators>,
         method: Method,
         guess: Vec<Step>,
         load_periods: usize,
+        is_over: &dyn Fn() -> bool,
     ) -> Result<Self, OrbitFailure> {
         let mut orbit = Self {
             propagators: Arc::clone(propagators),
@@ -166,7 +170,7 @@ impl Orbit {
         let begun = orbit.scales().speed;
         let mut last = f64::INFINITY;
         for count in 1..=STEPS {
-            let pass = orbit.pass(&flows)?;
+            let pass = orbit.pass_until(&flows, is_over)?;
             let scales = orbit.scales();
             orbit.residual = orbit.mismatch(&pass, scales);
             let shooting = Shooting::new(&orbit, &flows, &pass, scales);
@@ -189,9 +193,20 @@ impl Orbit {
     }
 
     pub(crate) fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
+        self.pass_until(flows, &|| false)
+    }
+
+    fn pass_until(
+        &self,
+        flows: &[Flow<'_>],
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<Pass, OrbitFailure> {
         let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
         let n = self.scene().size;
         for (k, (step, flow)) in self.steps.iter().zip(flows).enumerate() {
+            if k.is_multiple_of(PATIENCE) && is_over() {
+                return Err(OrbitFailure::Stopped);
+            }
             let end = flow.end(&step.state, step.duration);
             let mut arrived = end.clone();
             step.passage.jump(self.scene(), &step.combination, &mut arrived)?;

@@ -12,6 +12,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::input::Error;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::branches;
 use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
 use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};
@@ -37,30 +38,28 @@ pub struct HopfSearch {
 
 /// All Hopf points of a path, as `critical_points` finds them among all others.
 pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
-    let nodes = initial_values(&path, INTERVALS)
-        .into_par_iter()
-        .map(|value| Node::new(path, value))
-        .collect::<Result<Vec<_>, _>>()?;
+    let node = |value| Node::new(path, value);
+    let nodes: Vec<Node> = in_parallel(|| {
+        initial_values(&path, INTERVALS).into_par_iter().map(node).collect::<Result<_, _>>()
+    })?;
     let (lower, upper) = path.range();
-    let parts = nodes
-        .par_windows(2)
-        .map(|pair| {
-            let mut part = Track::default();
-            part.refine(path, &pair[0], &pair[1], upper - lower)?;
-            Ok(part)
-        })
-        .collect::<Result<Vec<_>, Error>>()?;
+    let part = |pair: &[Node]| {
+        let mut part = Track::default();
+        part.refine(path, &pair[0], &pair[1], upper - lower)?;
+        Ok(part)
+    };
+    let parts: Vec<Track> =
+        in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
     let mut track = Track::default();
     let mut initial = nodes.into_iter();
     track.nodes.extend(initial.next());
     for (part, node) in parts.into_iter().zip(initial) {
         track.append(part, node);
     }
-    let points = track
-        .crossings(0..track.links.len())
-        .into_par_iter()
-        .map(|(ends, mode, sign)| axis_crossing(path, ends, mode, sign))
-        .collect::<Result<Vec<_>, _>>()?;
+    let crossings = track.crossings(0..track.links.len());
+    let point = |(ends, mode, sign)| axis_crossing(path, ends, mode, sign);
+    let points: Vec<Option<CriticalPoint>> =
+        in_parallel(|| crossings.into_par_iter().map(point).collect::<Result<_, _>>())?;
     let mut points: Vec<CriticalPoint> = points.into_iter().flatten().collect();
     points.sort_by(|p, q| p.value.total_cmp(&q.value));
     let followed = track.links.iter().map(Vec::len).sum();

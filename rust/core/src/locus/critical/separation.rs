@@ -9,6 +9,7 @@
 use num_complex::Complex64;
 
 use crate::linalg::dense::regular_solution;
+use crate::linalg::parallel::in_parallel;
 use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
@@ -101,7 +102,9 @@ pub(crate) struct MarginAt {
 impl Path {
     /// Whether steady sliding exists at parameter values.
     pub fn steady(&self, values: &[f64]) -> Vec<Steady> {
-        values.par_iter().with_min_len(64).map(|&value| self.steady_at(value)).collect()
+        in_parallel(|| {
+            values.par_iter().with_min_len(64).map(|&value| self.steady_at(value)).collect()
+        })
     }
 
     pub(crate) fn steady_at(&self, p: f64) -> Steady {

@@ -1,0 +1,54 @@
+"""Work on all processors after a fork: the child has the memory of its parent, and none of its threads."""
+
+import multiprocessing
+import sys
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import stickslip as ss
+
+MODEL = ss.models.two_subsystems(friction=1.5, slider_speed=0.025, preload_displacement=1e-3)
+
+
+def basins():
+    start = {"x1": [1e-4, 1e-3]}
+    return ss.basins(MODEL, ss.sliding_equilibrium, velocity=start, friction=[1.0, 1.5])
+
+
+def study():
+    inputs = {"friction": stats.uniform(0.5, 2)}
+    return ss.Study(MODEL, inputs, outputs=["growth_rate"], samples=16).run()
+
+
+CALLS = {
+    "sweep": lambda: ss.sweep(MODEL, friction=np.linspace(0.1, 3, 20)),
+    "stability": lambda: ss.stability(MODEL, friction=np.linspace(0.1, 3, 2000)),
+    "hopf_points": lambda: [point.value for point in ss.hopf_points(MODEL, friction=(0, 3))],
+    "bifurcation": lambda: ss.bifurcation(MODEL, friction=[1.0, 1.5]).data,
+    "basins": basins,
+    "study": study,
+}
+
+
+def send(name, queue):
+    queue.put(repr(CALLS[name]()))
+
+
+@pytest.mark.process
+@pytest.mark.skipif(sys.platform != "linux", reason="fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+@pytest.mark.parametrize("name", CALLS)
+def test_a_forked_child_computes_what_its_parent_did(name):
+    expected = repr(CALLS[name]())
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    child = context.Process(target=send, args=(name, queue))
+    child.start()
+    try:
+        assert queue.get(timeout=20.0) == expected
+        child.join(20.0)
+        assert child.exitcode == 0
+    finally:
+        child.kill()
