@@ -38,3 +38,9 @@ def test_numbers_of_laws_are_set_by_name(brake):
     outputs = [run("modes", brake, "--set", f"friction_kinetic={value}") for value in (1.2, 1.3)]
     assert outputs[0] == run("modes", brake)
     assert outputs[0] != outputs[1]
+
+
+def test_a_number_that_would_replace_a_law_is_refused(brake):
+    shown = CliRunner().invoke(main, ["modes", str(brake), "--set", "friction=0.3"])
+    assert shown.exit_code == 2
+    assert "friction_kinetic_0" in shown.output

@@ -1,10 +1,14 @@
 """Friction over slip speed: its laws, small motions about steady sliding, and where these lose stability."""
 
+import functools
+
 import numpy as np
 import pytest
+import scipy
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
 
 STRIBECK = Stribeck(0.5, 0.3, 0.1)
@@ -190,3 +194,33 @@ def test_tabulated_passes_through_its_values_monotonically():
 def test_ill_posed_laws_are_refused(make, message):
     with pytest.raises(ss.InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("law", [STRIBECK, LAWS[-1]], ids=repr)
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda model: ss.sweep(model, friction=[0.1, 0.2]),
+        lambda model: ss.stability(model, friction=[0.1, 0.2]),
+        lambda model: ss.hopf_points(model, friction=(0.1, 0.2)),
+        lambda model: ss.sensitivity(model),
+        lambda model: ss.sweep(model, over={"friction_0": [0.1, 0.2]}),
+    ],
+    ids=["sweep", "stability", "hopf_points", "sensitivity", "one contact"],
+)
+def test_a_number_never_replaces_a_law_in_silence(law, call):
+    scene = block(law)
+    chain = functools.partial(ss.models.two_subsystems, friction=[law, 0.3], slider_speed=0.2)
+    named = "friction_static" if law is STRIBECK else "no numbers"
+    for model in (scene, chain, lambda preload=1.0: block(law)):
+        with pytest.raises(ss.InputError, match=f"friction: .* law of contact 0, .*{named}"):
+            call(model)
+    with pytest.raises(ss.InputError, match="law of contact 0"):
+        ss.Study(scene, {"friction": scipy.stats.uniform(0.1, 0.2)}, samples=2)
+
+
+def test_a_law_and_the_number_of_a_contact_without_a_law_may_be_set():
+    chain = functools.partial(ss.models.two_subsystems, friction=[STRIBECK, 0.3], slider_speed=0.2)
+    assert np.isfinite(ss.stability(chain, over={"friction_1": [0.1, 0.2]}).growth_rate).all()
+    table = {"law": "stribeck", "static": 0.6, "kinetic": 0.3, "speed": 0.1}
+    assert Family(block(STRIBECK)).replaced({"friction": table}).contacts[0].friction.static == 0.6

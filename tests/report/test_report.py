@@ -1,6 +1,8 @@
 """The report says what the package computes, whatever the scene does."""
 
+import json
 import re
+from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from html import unescape
@@ -337,3 +339,18 @@ def test_unsymmetric_matrices_are_shown():
     for caption in ("Gyroscopic matrix, N s/m", "Circulatory matrix, N/m"):
         assert caption in text
         assert caption not in plain
+
+
+def test_names_of_dofs_keep_the_scripts_of_the_page_alive(tmp_path):
+    # "<!--<script>" inside a script element keeps "</script>" from ending it.
+    standard = ss.models.two_subsystems()
+    names = ["<!--<script>", *standard.dofs[1:]]
+    contacts = [
+        replace(one, tangential=t, normal=t + 1) for one, t in zip(standard.contacts, (2, 6), strict=True)
+    ]
+    scene = standard.replace(dofs=names, contacts=contacts)
+    path = tmp_path / "report.html"
+    ss.write_report(scene, path)
+    (data,) = re.findall(r'<script type="application/json" id="move-data">(.*?)</script>', path.read_text())
+    assert "<" not in data
+    assert names[0] in json.dumps(json.loads(data))

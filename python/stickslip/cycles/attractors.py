@@ -121,12 +121,14 @@ def settled(
 
     What was not done by then is None. The last stretches of the motions come with them if `runs`.
     """
-    parts = [(state.position, state.velocity, state.statuses) for state in starts]
+    ordered = [state.ordered(scene.dofs) for scene, state in zip(scenes, starts, strict=True)]
+    parts = [(state.position, state.velocity, state.statuses) for state in ordered]
     return _core.settle_all([scene.core for scene in scenes], parts, stretch, limit, runs)
 
 
 def is_valid(scene: Scene, state: State) -> bool:
     """Return whether a state satisfies its combination in a scene."""
+    state = state.ordered(scene.dofs)
     try:
         scene.core.check_state(state.position, state.velocity, state.statuses)
     except InputError:

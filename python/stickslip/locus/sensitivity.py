@@ -92,7 +92,7 @@ def sensitivity(
     names = tuple(point or ("friction",)) if parameters is None else tuple(parameters)
     family = Family(model)
     for name in names:
-        family.slot(name)
+        family.check([name])
     scene = family.scene(point)
     modes = complex_modes(scene, combination, band=band, growth=growth)
     large = scipy.sparse.issparse(modes.mass)

@@ -52,8 +52,8 @@ def touch_section(found: Findings, model: Model, told: Callable[[str], None] = l
     folder = files("stickslip.explorer").joinpath("page")
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "panels.js")]
     scripts.append(files("stickslip.report").joinpath("touch.js").read_text(encoding="utf-8"))
-    # In a script "</" would end it.
-    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    # In a script element "</script" ends it, and "<!--<script>" keeps it from ending.
+    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     return section(
         "move",
         HEADING,

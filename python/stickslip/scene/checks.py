@@ -157,6 +157,24 @@ def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | _SparseData:
     return matrix.data, matrix.indices.astype(np.int64), matrix.indptr.astype(np.int64)
 
 
+def axis_labels(value: Any) -> list[list[Any] | None]:
+    """Return the labels of every axis of a pandas or xarray object; None for an axis that counts 0, 1, ..."""
+    if hasattr(value, "dims") and hasattr(value, "indexes"):
+        indexes = [value.indexes.get(dim) for dim in value.dims]
+    else:
+        indexes = value.axes if isinstance(getattr(value, "axes", None), list) else []
+    listed = [None if index is None else list(index) for index in indexes]
+    return [None if labels == list(range(len(labels or ()))) else labels for labels in listed]
+
+
+def by_label(value: Any) -> Any:
+    """Return a labelled vector as a mapping from its labels to its entries, anything else as it is."""
+    match axis_labels(value):
+        case [list(labels)]:
+            return dict(zip(labels, np.asarray(value).tolist(), strict=True))
+    return value
+
+
 def _is_real(value: Any) -> bool:
     # The abstract class takes ten times as long to ask as the type does.
     return type(value) is float or (isinstance(value, numbers.Real) and not isinstance(value, bool))

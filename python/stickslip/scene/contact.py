@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.checks import Real, axis_labels, by_label, described, real_array, real_number
 from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Contact:
         if isinstance(self.friction, Mapping):
             object.__setattr__(self, "friction", law_of(self.friction))
         for name in ("tangential", "normal"):
-            if isinstance(direction := getattr(self, name), Mapping):
+            if isinstance(direction := by_label(getattr(self, name)), Mapping):
                 object.__setattr__(self, name, dict(direction))
         for name in LAW:
             value = getattr(self, name)
@@ -203,6 +203,29 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
     if not 0 <= index < len(dofs):
         raise InputError(f"{argument}: dof index {index} is outside 0..{len(dofs) - 1}")
     return index
+
+
+def aligned(argument: str, value: Any, dofs: Sequence[str]) -> Any:
+    """Return a labelled vector or matrix (pandas, xarray) in the order of the dofs, others as they are.
+
+    Raises
+    ------
+    InputError
+        If the labels of an axis are not the names or indices of all dofs.
+    """
+    array = value
+    for axis, labels in enumerate(axis_labels(value)):
+        if labels is None:
+            continue
+        if not all(isinstance(label, str | int) for label in labels):
+            raise InputError(f"{argument}: expected labels that name dofs, got {described(labels)}")
+        places = [dof_index(argument, label, dofs) for label in labels]
+        if sorted(places) != list(range(len(dofs))):
+            raise InputError(
+                f"{argument}: expected one label for each of {len(dofs)} dofs, got {described(labels)}"
+            )
+        array = np.asarray(array).take(np.argsort(places), axis)
+    return array
 
 
 def nearest(word: str, known: Sequence[str]) -> str:

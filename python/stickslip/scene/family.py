@@ -29,9 +29,17 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
+from stickslip.scene.contact import LAW, SPRINGS, Contact, core_contact, nearest
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.laws.of_contacts import OF_LAW, concerns, law_entry, law_number, law_numbers, per_contact
+from stickslip.scene.laws.of_contacts import (
+    OF_LAW,
+    check_laws_kept,
+    concerns,
+    law_entry,
+    law_number,
+    law_numbers,
+    per_contact,
+)
 from stickslip.scene.loads.of_scene import NUMBERS, SWITCHED, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
@@ -193,7 +201,7 @@ class Family:
         return {"wall_stiffness": 0.0, **self.arguments}
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse names that stand for nothing, or for the same number.
+        """Refuse names that stand for nothing, for the same number, or for friction that a law gives.
 
         Raises
         ------
@@ -203,10 +211,17 @@ class Family:
         seen: dict[tuple[str, int], str] = {}
         for name in names:
             entry, place, count, _ = self.slot(name)
+            value = names[name] if isinstance(names, Mapping) else 0.0
+            check_laws_kept(self._own_contacts, entry, place, value)
             for k in range(count) if place is None else [place]:
                 if (entry, k) in seen:
                     raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
                 seen[entry, k] = name
+
+    @cached_property
+    def _own_contacts(self) -> Sequence[Contact]:
+        """The contacts before any parameter is set; none of a function that makes them itself."""
+        return self.template.contacts if isinstance(self.model, Scene) or self.is_chain else ()
 
     def check_angles(self, names: Sequence[str], rows: Real) -> None:
         """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees.
@@ -229,8 +244,7 @@ class Family:
             If a name is unknown, or the scene ill-posed; a function may raise anything.
         """
         if isinstance(self.model, Scene):
-            for name in values:
-                self.slot(name)
+            self.check(values)
             return self.model.replace(**values) if values else self.model
         arguments, law = self._assigned(values)
         return _scene(self.model, arguments, law)
@@ -298,6 +312,7 @@ class Family:
             if name in loads:
                 return real_number(name, load_number(scene.loads, scene.contacts, name))
             entry, place = law_entry(scene.contacts, entry)
+            check_laws_kept(scene.contacts, entry, place)
             numbers = [law_number(contact, entry) for contact in scene.contacts]
             if place is None:
                 numbers = [
@@ -376,7 +391,7 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     loads = load_parameters(scene.loads, scene.contacts)
     for name in law:
         if name not in loads:
-            law_entry(scene.contacts, name)
+            check_laws_kept(scene.contacts, *law_entry(scene.contacts, name), law[name])
     return scene.replace(**law) if law else scene
 
 

@@ -26,7 +26,7 @@ from stickslip.scene.checks import (
     real_array,
     real_matrix,
 )
-from stickslip.scene.contact import Contact, contact_labels, core_contact, described_direction
+from stickslip.scene.contact import Contact, aligned, contact_labels, core_contact, described_direction
 from stickslip.scene.laws.damping import (
     DampingLike,
     Proportional,
@@ -136,12 +136,21 @@ class Scene(Shown):
         size = m.shape[0]
         if m.ndim == 2 and m.shape[1] != size:
             raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
-        k = real_matrix("stiffness", stiffness)
-        c = checked_damping(damping)
-        g = None if gyroscopic is None else real_matrix("gyroscopic", gyroscopic)
-        h = None if circulatory is None else real_matrix("circulatory", circulatory)
-        f = real_array("force", np.zeros(size) if force is None else force, 1)
         names = dof_names(dofs, size)
+        m = mass_array(aligned("mass", mass, names))
+        k = real_matrix("stiffness", aligned("stiffness", stiffness, names))
+        c = checked_damping(aligned("damping", damping, names))
+        g = (
+            None
+            if gyroscopic is None
+            else real_matrix("gyroscopic", aligned("gyroscopic", gyroscopic, names))
+        )
+        h = (
+            None
+            if circulatory is None
+            else real_matrix("circulatory", aligned("circulatory", circulatory, names))
+        )
+        f = real_array("force", np.zeros(size) if force is None else aligned("force", force, names), 1)
         if not isinstance(impact_friction, bool | np.bool_):
             raise InputError(f"impact_friction: expected True or False, got {impact_friction!r}")
         if isinstance(contacts, Contact):

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, default_dofs, described, real_array, real_number
-from stickslip.scene.contact import dof_index
+from stickslip.scene.checks import Real, default_dofs, described, dof_names, real_array, real_number
+from stickslip.scene.contact import aligned, dof_index, nearest
 from stickslip.scene.scene import Scene, checked
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ class State:
         One letter per contact: ``+`` positive sliding (slip velocity < 0), ``-`` negative sliding,
         ``s`` sticking, ``d`` detached.
     dofs
-        Names of the dofs; None: ``x1``, ``x2``, ...
+        Names of the dofs; None: ``x1``, ``x2``, ... A scene takes the entries by these names, and in its own
+        order if the names are ``x1``, ``x2``, ... and the scene has others.
     friction_force
         (c,), N: friction forces that the springs of compliant contacts hold where these stick, or slide by a
         law over slip speed; one entry per contact. None: zero where they stick, those of steady sliding where
@@ -62,8 +63,9 @@ class State:
         dofs: Sequence[str] | None = None,
         friction_force: ArrayLike | None = None,
     ) -> None:
-        x = real_array("position", position, 1)
-        v = real_array("velocity", velocity, 1)
+        names = default_dofs(np.size(position)) if dofs is None else dof_names(dofs, np.size(position))
+        x = real_array("position", aligned("position", position, names), 1)
+        v = real_array("velocity", aligned("velocity", velocity, names), 1)
         if x.shape != v.shape:
             raise InputError(f"velocity: expected shape {x.shape} like position, got {v.shape}")
         for argument, values in (("position", x), ("velocity", v)):
@@ -76,9 +78,6 @@ class State:
             raise InputError(
                 f"combination: expected one letter of '+', '-', 's', 'd' per contact, got {combination!r}"
             )
-        names = default_dofs(x.size) if dofs is None else tuple(dofs)
-        if len(names) != x.size:
-            raise InputError(f"dofs: expected {x.size} names, got {len(names)}")
         object.__setattr__(self, "position", x)
         object.__setattr__(self, "velocity", v)
         object.__setattr__(self, "combination", combination)
@@ -90,6 +89,25 @@ class State:
                 expected = f"expected one finite number per contact ({len(combination)})"
                 raise InputError(f"friction_force: {expected}, got {held!r}")
         object.__setattr__(self, "friction_force", held)
+
+    def ordered(self, dofs: tuple[str, ...]) -> State:
+        """Return the state with its entries in the order of these dofs.
+
+        Raises
+        ------
+        InputError
+            If the state has names that are not among them.
+        """
+        if self.dofs == dofs or len(self.dofs) != len(dofs):
+            # A state of another size is refused by the calls that use it.
+            return self
+        if set(self.dofs) != set(dofs):
+            if self.dofs == default_dofs(len(dofs)):
+                return self
+            unknown = next(name for name in self.dofs if name not in dofs)
+            raise InputError(f"start: dofs: the scene has no dof {unknown!r}{nearest(unknown, dofs)}")
+        order = [self.dofs.index(name) for name in dofs]
+        return State(self.position[order], self.velocity[order], self.combination, dofs, self.friction_force)
 
     @property
     def statuses(self) -> str | tuple[str, list[float]]:
@@ -141,8 +159,8 @@ class State:
         """
         import xarray as xr
 
-        core = checked(scene).core
-        normal, friction = core.contact_forces(self.position, self.velocity, self.statuses)
+        state = self.ordered(checked(scene).dofs)
+        normal, friction = scene.core.contact_forces(state.position, state.velocity, state.statuses)
         newton = {"units": "N"}
         return xr.Dataset(
             {
@@ -175,7 +193,7 @@ def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -
         for dof, amount in change.items():
             added[dof_index(argument, dof, dofs)] += real_number(f"{argument}[{dof!r}]", amount)
     elif change is not None:
-        vector = real_array(argument, change, 1)
+        vector = real_array(argument, aligned(argument, change, dofs), 1)
         if vector.shape != added.shape:
             raise InputError(f"{argument}: expected shape {added.shape}, got {vector.shape}")
         added += vector

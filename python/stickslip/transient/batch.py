@@ -118,7 +118,7 @@ def _outcomes(
             for index, (scene, start) in enumerate(jobs):
                 vectors = added.over(scene.dofs)
                 try:
-                    batch.submit(scene.core, _core_start(start), *vectors)
+                    batch.submit(scene.core, _core_start(scene, start), *vectors)
                 except StickslipError as error:
                     pending.append((index, scene, error))
                 else:
@@ -204,5 +204,8 @@ def _checked(jobs: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Scene, State | N
         raise InputError(f"starts: expected one per scene, {error}") from None
 
 
-def _core_start(start: State | None) -> tuple[Real, Real, str | tuple[str, list[float]]] | None:
-    return None if start is None else (start.position, start.velocity, start.statuses)
+def _core_start(scene: Scene, start: State | None) -> tuple[Real, Real, str | tuple[str, list[float]]] | None:
+    if start is None:
+        return None
+    state = start.ordered(scene.dofs)
+    return state.position, state.velocity, state.statuses

@@ -64,6 +64,7 @@ def simulate(
     if not isinstance(start, State):
         raise InputError(f"start: expected a State, got {start!r}")
     settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)
+    start = start.ordered(scene.dofs)
     core = _core.Trajectory.simulate(scene.core, start.position, start.velocity, start.statuses, *settings)
     run = Trajectory(scene, start, core)
     if run.stop_reason in ("failed", "chattering"):

@@ -88,6 +88,7 @@ class Reduction(Shown):
         """
         if not isinstance(state, State) or state.position.size != self.full.size:
             raise InputError(f"state: expected a State of {self.full.size} dofs, got {state!r}")
+        state = state.ordered(self.full.dofs)
         position = self.dual @ (state.position - self.offset)
         return State(position, self.dual @ state.velocity, state.combination, self.scene.dofs)
 

@@ -80,6 +80,28 @@ def law_entry(contacts: Sequence[Contact], name: str) -> tuple[str, int | None]:
     )
 
 
+def check_laws_kept(contacts: Sequence[Contact], entry: str, place: int | None, value: Any = 0.0) -> None:
+    """Refuse a number as friction of a contact whose friction is a law over slip speed.
+
+    Raises
+    ------
+    InputError
+        Naming the contact and the numbers of its law.
+    """
+    if entry != "friction" or isinstance(value, Law | Mapping):
+        return
+    for k, contact in enumerate(contacts):
+        law = contact.friction
+        if place in (None, k) and isinstance(law, Law) and law.data() is not None:
+            suffix = f"_{k}" if len(contacts) > 1 else ""
+            numbers = ", ".join(f"{OF_LAW}{name}{suffix}" for name in law.parameters())
+            known = f"; its numbers are {numbers}" if numbers else "; a table has no numbers to vary"
+            raise InputError(
+                f"friction: a number would replace the law of contact {contact_labels(contacts)[k]}, "
+                f"{law.law} over slip speed{known}; scene.replace(friction=...) gives a scene without the law"
+            )
+
+
 def per_contact(argument: str, value: Any, count: int) -> list[Any]:
     """Return a scalar, or a sequence of one value per contact, as a list of one value per contact.
 

@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from stickslip.scene.checks import by_label
+
 #: A number, or entries by dof: which of them it is, the load says.
 Amplitude: TypeAlias = Any
 
@@ -73,7 +75,7 @@ class Steps:
 
 def _kept(amplitude: Any) -> Any:
     """Return an amplitude that nobody changes: a mapping of its own, or the entries of a vector."""
-    if isinstance(amplitude, Mapping):
+    if isinstance(amplitude := by_label(amplitude), Mapping):
         return dict(amplitude)
     return tuple(np.asarray(amplitude).tolist()) if np.ndim(amplitude) == 1 else amplitude
 
