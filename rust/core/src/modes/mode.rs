@@ -47,6 +47,22 @@ impl Mode {
     /// `s = |v|' (|lambda|^2 |M| + |lambda| |C| + |K|) |xi|`, a double one, whose a vanishes, by about the root of
     /// `epsilon s / (|v|' |M| |xi|)`; the smaller one counts.
     pub fn rounding(&self, pencil: &Pencil) -> f64 {
+        let [change, mass] = self.rounding_forms(pencil);
+        // The minimum of a number and NaN is the number.
+        let moved = (change / self.a.norm()).min((change / mass).sqrt());
+        if moved.is_nan() { 0.0 } else { moved }
+    }
+
+    /// Whether nothing but rounding, up to `margin` times as large, may tell its eigenvalue from another one: a rigid body
+    /// without damping has the double eigenvalue zero, which rounding of K splits. In a superposition of such a pair each
+    /// part is larger than the sum by the inverse of the splitting.
+    pub fn is_split_by_rounding(&self, pencil: &Pencil, margin: f64) -> bool {
+        let [change, mass] = self.rounding_forms(pencil);
+        self.a.norm() < margin * (change * mass).sqrt()
+    }
+
+    /// `epsilon s` and `|v|' |M| |xi|` of [`Self::rounding`].
+    fn rounding_forms(&self, pencil: &Pencil) -> [f64; 2] {
         let sizes = |vector: &[Complex64]| vector.iter().map(|z| z.norm()).collect::<Vec<f64>>();
         let (right, left) = (sizes(&self.right), sizes(&self.left));
         let form = |rows: &DoubledRows| rows.form_of_sizes(&left, &right);
@@ -59,9 +75,7 @@ impl Mode {
         };
         let size = self.eigenvalue.norm();
         let change = ROUNDINGS * f64::EPSILON * (size * size * mass + size * damping + stiffness);
-        // The minimum of a number and NaN is the number.
-        let moved = (change / self.a.norm()).min((change / mass).sqrt());
-        if moved.is_nan() { 0.0 } else { moved }
+        [change, mass]
     }
 
     /// The sign of its growth, 0 where that is zero within rounding: the one meaning of unstable, stable and marginal.

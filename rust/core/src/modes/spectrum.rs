@@ -12,7 +12,7 @@ use crate::modes::mode::{BACKWARD_STABLE, Mode};
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::modes::refinement::inverse_iteration::InverseIteration;
 use crate::modes::solvers::general::{StateForm, general_modes};
-use crate::modes::solvers::problem::Problem;
+use crate::modes::solvers::problem::{Problem, WELL_CONDITIONED};
 use crate::modes::solvers::proportional::proportional_modes;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
@@ -21,6 +21,10 @@ const CONVERGED: f64 = 1e-10;
 
 /// Free coordinates up to which vectors are refined: beyond, that would cost more than the solution.
 pub(crate) const REFINED_SIZE: usize = 60;
+
+/// Share of the fastest rate up to which an eigenvalue may be one of a pair that rounding alone has split: farther from zero
+/// such a pair has a condition that shows it.
+const SLOW: f64 = 1e-2;
 
 /// How accurate the vectors have to be; the eigenvalues are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,6 +56,20 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
         }),
         None => Ok(modes),
     }
+}
+
+/// The modes from which motions are superposed, with refined vectors. A pair that rounding alone may have split counts as
+/// defective: it would cost as many digits as the splitting is small beside the rates of the problem.
+pub(crate) fn modes_of_motion(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
+    let mut modes = spectrum(pencil, Vectors::Refined)?;
+    let fastest = modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
+    for mode in &mut modes {
+        let is_slow = mode.eigenvalue.norm() <= SLOW * fastest;
+        if is_slow && mode.is_split_by_rounding(pencil, WELL_CONDITIONED) {
+            mode.condition = f64::INFINITY;
+        }
+    }
+    Ok(modes)
 }
 
 /// Whether a mode needs inverse iteration of its own.

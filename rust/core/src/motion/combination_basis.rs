@@ -9,7 +9,7 @@ use crate::contact::linear_friction::{exhaustions, of_phase};
 use crate::error::input::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
-use crate::modes::spectrum::{Vectors, spectrum};
+use crate::modes::spectrum::modes_of_motion;
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
@@ -128,7 +128,7 @@ impl CombinationBasis {
                 None => {
                     let own = reduced.scene(scene);
                     let pencil = Pencil::new(own, combination, &reduced.reduction);
-                    spectrum(&pencil, Vectors::Refined)?
+                    modes_of_motion(&pencil)?
                 }
             };
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);

@@ -13,7 +13,7 @@ use crate::error::input::Error;
 use crate::linalg::dense::Factors;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
-use crate::modes::spectrum::{Vectors, spectrum};
+use crate::modes::spectrum::modes_of_motion;
 use crate::scene::loads::oscillators::Drive;
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
@@ -63,7 +63,7 @@ pub(crate) fn forced_modes(
     let structure = Reduced::new(bare, &reduced.combination)?;
     debug_assert!(reduced.reduction.kept.starts_with(&structure.reduction.kept));
     let pencil = Pencil::new(structure.scene(bare), &reduced.combination, &structure.reduction);
-    let mut modes = spectrum(&pencil, Vectors::Refined)?;
+    let mut modes = modes_of_motion(&pencil)?;
     let (m, size) = (structure.size(), reduced.size());
     let load = |lambda: Complex64, h: usize| {
         let entry = |i: usize| -(reduced.stiffness[(i, h)] + lambda * reduced.damping[(i, h)]);

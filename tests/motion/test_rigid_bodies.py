@@ -1,0 +1,71 @@
+"""Free flight of structures with rigid bodies, whose double eigenvalue zero no sum of modes represents."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+import stickslip as ss
+
+#: Largest error of each method, of the sizes of positions and velocities.
+ACCURACY = 1e-12
+
+
+def structure(rng, bodies, coupled, damping):
+    """A random structure with so many rigid-body motions and a load, and its fastest rate, 1/s."""
+    n = int(rng.integers(bodies + 2, bodies + 7))
+    turn = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    stiffness = (turn * np.r_[np.zeros(bodies), 1e9 * np.logspace(-3.0, 0.0, n - bodies)]) @ turn.T
+    root = np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n)
+    mass = 1e-3 * (root.T @ root if coupled else np.diag(rng.uniform(0.5, 2.0, n)))
+    stiffness, mass = (0.5 * (matrix + matrix.T) for matrix in (stiffness, mass))
+    if damping == "general":
+        factor = rng.standard_normal((n, n))
+        damping = 1.0 * factor @ factor.T
+    elif damping == "internal":
+        # Dampers between points of the structure: none acts on a rigid body.
+        factor = rng.standard_normal((n, n)) @ turn[:, bodies:] @ turn[:, bodies:].T
+        damping = 1.0 * factor.T @ factor
+    else:
+        damping = damping[0] * mass + damping[1] * stiffness
+    damping = 0.5 * (damping + damping.T)
+    load = 50.0 * rng.standard_normal(n)
+    fastest = float(np.sqrt(scipy.linalg.eigvalsh(stiffness, mass)[-1]))
+    return mass, damping, stiffness, load, fastest
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("damping", [(0.0, 0.0), (0.0, 5e-6), (300.0, 0.0), (1e-3, 0.0)])
+def test_every_method_agrees_with_the_matrix_exponential_or_is_refused(coupled, damping):
+    """Rounding splits the double zero by its root: parts of a sum of modes are 1e8 times as large as it."""
+    rng = np.random.default_rng(3)
+    for bodies in range(7):
+        mass, c, stiffness, load, fastest = structure(rng, bodies, coupled, damping)
+        n = len(mass)
+        x, v = 1e-6 * rng.standard_normal(n), 0.1 * rng.standard_normal(n)
+        inverse = np.linalg.inv(mass)
+        system = np.zeros((2 * n + 1, 2 * n + 1))
+        system[:n, n : 2 * n] = np.eye(n)
+        system[n : 2 * n] = np.column_stack([-inverse @ stiffness, -inverse @ c, inverse @ load])
+        scene, start = ss.Scene(mass, stiffness, damping=c, force=load), ss.State(x, v, "")
+        for duration in (0.2 / fastest, 3.0 / fastest):
+            exact = scipy.linalg.expm(system * duration) @ np.r_[x, v, 1.0]
+            for method in ("modal", "auto", "taylor"):
+                try:
+                    state = ss.simulate(scene, start, duration, method=method).state(duration)
+                except ss.InputError:
+                    if method != "modal":
+                        raise
+                    continue
+                case = f"{bodies} rigid bodies by {method} for {duration:.1e} s"
+                position = np.abs(state.position - exact[:n]).max() / np.abs(exact[:n]).max()
+                velocity = np.abs(state.velocity - exact[n : 2 * n]).max() / np.abs(exact[n : 2 * n]).max()
+                assert max(position, velocity) <= ACCURACY, f"{case}: {position:.1e}, {velocity:.1e}"
+
+
+def test_modes_remain_for_a_body_that_is_held():
+    """A support 1e-6 times as stiff as the structure is no rigid body."""
+    chain = np.diag([1.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
+    scene = ss.Scene(np.eye(3), 1e6 * chain + np.diag([1.0, 0.0, 0.0]), force=[0.0, 0.0, 1.0])
+    run = ss.simulate(scene, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), 0.01, method="modal")
+    series = ss.simulate(scene, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), 0.01, method="taylor")
+    assert np.abs(run.state(0.01).velocity - series.state(0.01).velocity).max() <= ACCURACY
