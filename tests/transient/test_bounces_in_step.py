@@ -1,6 +1,7 @@
 """Masses tied by springs that bounce in step: the springs never act, and each moves like one ball.
 
-A ball falls from h in t1 = sqrt(2 h / g) and bounces for 2 e t1, 2 e^2 t1, ..: it rests at t1 (1 + 2 e / (1 - e)).
+A ball falls from h in t1 = sqrt(2 h / g) and bounces for 2 e t1, 2 e^2 t1, ..: it rests at
+t1 (1 + 2 e / (1 - e)).
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ import stickslip as ss
 
 
 def dropped(count, stiffness, restitution, kick=0.0, ground=0.0):
-    """Masses of 1 kg in a chain, each held by a spring of its own, under a force of 1 N towards stops 1 m away."""
+    """Masses of 1 kg in a chain, each held by its own spring, pushed by 1 N towards stops 1 m away."""
     springs = 2.0 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
     springs[0, 0] = springs[-1, -1] = 1.0 if count > 1 else 0.0
     springs = stiffness * springs + ground * np.eye(count)
