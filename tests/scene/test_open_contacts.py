@@ -203,7 +203,7 @@ def dependent_problem(rng):
 
 
 def equilibria_of_body(scene, arms, height):
-    """Every equilibrium with at most two closed points, which hold y and turn: (closed, position, forces)."""
+    """Yield every equilibrium in which at most two points are closed, which hold y and turn."""
     stiffness, count = np.asarray(scene.stiffness), len(arms)
     normal = np.column_stack([np.zeros(count), np.ones(count), arms])
     friction = np.array([contact.friction for contact in scene.contacts])

@@ -232,3 +232,32 @@ def test_impulses_that_cancel_move_no_other_contact(seed):
     assert list(run.events.contact[first]) == [0]
     assert run.events.kind[0] == "impact"
     assert run.events.combination[0] == "++s"
+
+
+@pytest.mark.parametrize("seed", [2, 5, 11, 17, 20, 29])
+def test_thousands_of_coupled_impacts_leave_the_balance_closed(seed):
+    """Accumulations over two to four contacts that mass couples by up to 0.9, with restitution 0.5.
+
+    Each phase starts from modes, whose projection has to invert their superposition to rounding: an error
+    of 1e-14 of it has one sign in all phases of a combination, and thousands of them add up to 1e-11.
+    """
+    rng = np.random.default_rng(seed)
+    count = 2 + seed % 3
+    mass = np.eye(count)
+    for i in range(count):
+        for j in range(i):
+            mass[i, j] = mass[j, i] = 0.9 * rng.uniform(-1.0, 1.0)
+    mass += max(0.0, 0.05 - np.linalg.eigvalsh(mass).min()) * np.eye(count)
+    root = rng.normal(size=(count, count))
+    scene = ss.Scene(
+        mass,
+        root @ root.T + 0.5 * np.eye(count),
+        force=-rng.uniform(0.5, 3.0, count),
+        contacts=[ss.Contact(normal=i, restitution=0.5) for i in range(count)],
+    )
+    start = ss.State(rng.uniform(0.0, 1.0, count), rng.normal(size=count), "d" * count)
+    run = ss.simulate(scene, start, 20.0)
+    balance = run.balance()
+    assert len(run.events) > 1000
+    # Of 1e4 phases, each of which rounds its energy to 1e-16 with either sign.
+    assert abs(balance.residual) <= 2e-13 * balance.turnover

@@ -9,8 +9,8 @@ use crate::numerics::singular_values::SingularValues;
 const RANK: f64 = 1e-10;
 /// Entry of a pseudo-inverse, relative to the largest, that is rounding.
 const UNTIED: f64 = 1e-14;
-/// Largest number of inequalities that an elimination keeps; it is given up if there are more.
-const MOST: usize = 20_000;
+/// Largest number of inequalities that an elimination keeps: some seconds of work; it is given up if there are more.
+const MOST: usize = 1_000;
 
 /// Forces of contacts as a map of their reactions, and the forces that nothing determines.
 ///
@@ -61,65 +61,63 @@ impl Forces {
     }
 }
 
-/// The inequalities `sum_j factor_j m_j >= 0` that hold if and only if some s satisfies `m_j + b_j s >= 0` for all rows b_j:
-/// elimination of one unknown after the other (Fourier and Motzkin), without inequalities that follow from others
-/// (Chernikov). None if there are too many.
+/// The inequalities `sum_j y_j m_j >= 0` that hold if and only if some s satisfies `m_j + b_j s >= 0` for all rows b_j:
+/// the extreme rays of the cone `y >= 0, B' y = 0` (Farkas), by the double description method (Motzkin et al. 1953). The cone
+/// has as few dimensions as forces are determined, however many share them. None if there are too many.
 pub(crate) fn eliminated(b: &DMatrix<f64>) -> Option<Vec<Vec<(usize, f64)>>> {
-    struct Row {
-        factors: Vec<(usize, f64)>,
-        left: Vec<f64>,
-    }
-    let mut rows: Vec<Row> = (0..b.nrows())
-        .map(|j| Row { factors: vec![(j, 1.0)], left: b.row(j).iter().copied().collect() })
-        .collect();
-    for k in 0..b.ncols() {
-        let size = rows.iter().fold(0.0, |size: f64, row| size.max(row.left[k].abs()));
-        let sign = |row: &Row| match row.left[k] {
-            left if left > RANK * size => 1,
-            left if left < -RANK * size => -1,
-            _ => 0,
-        };
-        let mut next: Vec<Row> = Vec::new();
-        for up in rows.iter().filter(|row| sign(row) == 1) {
-            for down in rows.iter().filter(|row| sign(row) == -1) {
-                let (a, c) = (-down.left[k], up.left[k]);
-                let mut factors: Vec<(usize, f64)> =
-                    up.factors.iter().map(|f| (f.0, a * f.1)).collect();
-                for &(j, factor) in &down.factors {
-                    match factors.iter_mut().find(|entry| entry.0 == j) {
-                        Some(entry) => entry.1 += c * factor,
-                        None => factors.push((j, c * factor)),
-                    }
-                }
-                // An inequality of more of the given ones than that follows from others.
-                if factors.len() > k + 2 {
+    let count = b.nrows();
+    let found = SingularValues::new(&b.clone().resize_horizontally(count.max(b.ncols()), 0.0));
+    let lost = RANK * found.values.amax();
+    let kept: Vec<usize> = (0..count).filter(|&k| found.values[k] <= lost).collect();
+    let (space, dimension) = (found.left.select_columns(&kept), kept.len());
+    let mut taken = independent_rows(&space);
+    let scaled = |mut y: DVector<f64>| {
+        y /= y.amax();
+        y.apply(|entry| *entry = if entry.abs() <= RANK { 0.0 } else { *entry });
+        y
+    };
+    let edges = &space * space.select_rows(&taken).try_inverse()?;
+    let mut rays: Vec<DVector<f64>> =
+        edges.column_iter().map(|edge| scaled(edge.into_owned())).collect();
+    for j in (0..count).filter(|j| !taken.contains(j)).collect::<Vec<_>>() {
+        let mut next: Vec<DVector<f64>> = rays.iter().filter(|y| y[j] >= 0.0).cloned().collect();
+        for (i, up) in rays.iter().enumerate().filter(|(_, y)| y[j] > 0.0) {
+            for (k, down) in rays.iter().enumerate().filter(|(_, y)| y[j] < 0.0) {
+                let shared: Vec<usize> =
+                    taken.iter().copied().filter(|&t| up[t] == 0.0 && down[t] == 0.0).collect();
+                let meets = |y: &DVector<f64>| shared.iter().all(|&t| y[t] == 0.0);
+                let others = rays.iter().enumerate().filter(|&(other, _)| other != i && other != k);
+                // Two rays span a face if no third one lies on all faces that they share.
+                if shared.len() + 2 < dimension || { others }.any(|(_, y)| meets(y)) {
                     continue;
                 }
-                let unit = factors.iter().fold(0.0, |size: f64, f| size.max(f.1));
-                factors.iter_mut().for_each(|f| f.1 /= unit);
-                let left =
-                    up.left.iter().zip(&down.left).map(|(u, d)| (a * u + c * d) / unit).collect();
-                next.push(Row { factors, left });
+                let mut ray = scaled(up * -down[j] + down * up[j]);
+                shared.iter().chain([&j]).for_each(|&t| ray[t] = 0.0);
+                next.push(ray);
                 if next.len() > MOST {
                     return None;
                 }
             }
         }
-        next.extend(rows.into_iter().filter(|row| {
-            let left = row.left[k];
-            left.abs() <= RANK * size
-        }));
-        next.sort_by_key(|row| row.factors.len());
-        let mut kept: Vec<Row> = Vec::new();
-        for row in next {
-            let within = |other: &Row| {
-                other.factors.iter().all(|f| row.factors.iter().any(|own| own.0 == f.0))
-            };
-            if !kept.iter().any(within) {
-                kept.push(row);
-            }
-        }
-        rows = kept;
+        rays = next;
+        taken.push(j);
     }
-    Some(rows.into_iter().map(|row| row.factors).collect())
+    let factors = |y: &DVector<f64>| y.iter().copied().enumerate().filter(|f| f.1 > 0.0).collect();
+    Some(rays.iter().map(factors).collect())
+}
+
+/// As many rows as there are columns that are independent, the largest remainder first.
+fn independent_rows(space: &DMatrix<f64>) -> Vec<usize> {
+    let mut rest = space.clone();
+    let mut rows = Vec::new();
+    for _ in 0..space.ncols() {
+        let row =
+            (0..rest.nrows()).max_by(|&i, &j| rest.row(i).norm().total_cmp(&rest.row(j).norm()));
+        let row = row.unwrap_or_default();
+        let unit = rest.row(row).normalize();
+        let parts = &rest * unit.transpose();
+        rest -= parts * unit;
+        rows.push(row);
+    }
+    rows
 }

@@ -7,6 +7,7 @@ use num_complex::Complex64;
 
 use crate::contact::event_function::EventFunction;
 use crate::modes::mode::Mode;
+use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::modal::level::{LEVELS, Level};
 use crate::motion::modal::reference::{At, Reference};
 use crate::motion::panel::REACH;
@@ -97,6 +98,9 @@ impl ModalBasis {
                 from_position[k * stride + r] = damping + mode.eigenvalue * mass;
             }
         }
+        if m <= REFINED_SIZE {
+            polish(&shape, &lambda, [&mut from_position, &mut from_velocity], (m, stride));
+        }
         let references: Vec<Reference> = [Some(At::origin(reduced)), At::equilibrium(reduced)]
             .into_iter()
             .flatten()
@@ -182,6 +186,43 @@ impl ModalBasis {
         self.levels[level].get_or_init(|| {
             Box::new(Level::new(&self.lambda, self.count, self.base_width * (level as f64).exp2()))
         })
+    }
+}
+
+/// Makes the projection P of states `y = (q, q')` on modes the inverse of their superposition S to its own rounding:
+/// `P (I + E)` with `E = I - S P`, a step of Newton's method. What P lacks would change every phase of a motion alike, and its
+/// energy in proportion to the number of phases.
+fn polish(
+    shape: &[Complex64],
+    lambda: &[Complex64],
+    [from_position, from_velocity]: [&mut [Complex64]; 2],
+    (m, stride): (usize, usize),
+) {
+    let superposed = |row: usize, r: usize| match row < m {
+        true => shape[row * stride + r],
+        false => shape[(row - m) * stride + r] * lambda[r],
+    };
+    let projected = |r: usize, column: usize| match column < m {
+        true => from_position[column * stride + r],
+        false => from_velocity[(column - m) * stride + r],
+    };
+    let states = DMatrix::from_fn(2 * m, 2 * stride, |row, c| match c < stride {
+        true => superposed(row, c).re,
+        false => -superposed(row, c - stride).im,
+    });
+    let modes = DMatrix::from_fn(2 * stride, 2 * m, |c, column| match c < stride {
+        true => projected(c, column).re,
+        false => projected(c - stride, column).im,
+    });
+    let missing = DMatrix::identity(2 * m, 2 * m) - states * &modes;
+    let change = modes * missing;
+    for k in 0..m {
+        for r in 0..stride {
+            let of =
+                |column: usize| Complex64::new(change[(r, column)], change[(stride + r, column)]);
+            from_position[k * stride + r] += of(k);
+            from_velocity[k * stride + r] += of(m + k);
+        }
     }
 }
 
