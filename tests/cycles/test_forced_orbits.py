@@ -238,3 +238,27 @@ def test_mistakes_of_a_response_are_named():
         ss.frequency_response(scene, "shaker", [0.0, 1.0])
     with pytest.raises(ss.InputError, match="unknown dof 'z'"):
         ss.frequency_response(scene, "shaker", [1.0], ["z"])
+
+
+def test_a_joint_that_never_slips_answers_with_the_period_of_its_load():
+    """A linear motion: x'' + 5 x' + 3e4 x = 20 sin(w t), which the spring of the stuck contact stiffens."""
+
+    def joint(frequency):
+        contact = ss.Contact(tangential="x", friction=0.3, normal_force=100.0, tangential_stiffness=2e4)
+        load = ss.Harmonic({"x": 20.0}, frequency, name="shaker")
+        matrices = {"mass": [1.0], "stiffness": [[1e4]], "damping": [[5.0]], "dofs": ["x"]}
+        return ss.Scene(**matrices, contacts=[contact], loads=[load])
+
+    frequencies = np.linspace(8.0, 40.0, 60)
+    start = ss.State([0.0], [0.0], "s", dofs=["x"])
+    response = ss.frequency_response(joint(20.0), "shaker", frequencies, start=start)
+    assert (response.data.load_periods == 1).all()
+    for frequency in (17.76, 37.29):
+        cycle = ss.simulate(joint(frequency), start, 20.0).limit_cycle()
+        assert cycle.load_periods == 1
+        assert "contact 0 sticks throughout" in cycle.stability
+        rate = 2.0 * np.pi * frequency
+        # The constant that the spring keeps shifts the motion of the stiffer oscillator.
+        x = cycle.run.sample(np.linspace(0.0, cycle.period, 64, endpoint=False)).position.values[:, 0]
+        amplitude = 2.0 * np.abs(np.fft.rfft(x)[1]) / 64
+        assert amplitude == pytest.approx(20.0 / np.abs(3e4 - rate**2 + 5j * rate), rel=1e-10)

@@ -146,6 +146,16 @@ def test_the_lead_passes_where_growth_rates_are_equal(first, distance):
     assert [point.value for point in points] == pytest.approx([p for p in expected if p < 2.0], abs=1e-12)
 
 
+@given(st.lists(st.floats(1e-3, 0.4), min_size=2, max_size=6))
+def test_every_leader_of_a_fan_of_tangents_is_found(distances):
+    """Growth rates along tangents of p^2 lead one after another, also several within one step."""
+    touched = np.concatenate([[0.0], np.cumsum(distances)]) - 0.5 * sum(distances)
+    growth = [lambda p, t=t: 2.0 * t * p - t**2 - 3.0 for t in touched]
+    points = kinds(ss.critical_points(oscillators(growth), p=(-1.5, 1.5)), "crossing")
+    expected = 0.5 * (touched[1:] + touched[:-1])
+    assert [point.value for point in points] == pytest.approx(expected, abs=1e-10)
+
+
 def test_parameters_beside_the_range_are_fixed():
     (point,) = ss.hopf_points(ss.models.two_subsystems, friction=1.5, damping=(1e-5, 1e-3))
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5, damping=point.value))

@@ -10,6 +10,7 @@ use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::error::input::Error;
 use crate::motion::propagators::Propagators;
 use crate::numerics::bracket::Bracket;
+use crate::scene::status::Status;
 use crate::transient::clock::Clock;
 use crate::transient::trajectory::events::Event;
 use crate::transient::trajectory::model::{Phase, Trajectory};
@@ -51,7 +52,10 @@ pub enum Stability {
         contacts: (usize, usize),
     },
     /// The largest multiplier is 1 in modulus to rounding.
-    Marginal,
+    Marginal {
+        /// A contact that sticks throughout, if such contacts account for all these multipliers.
+        held: Option<usize>,
+    },
     /// The return map has no derivative: an event function only touches zero.
     Touch,
 }
@@ -67,7 +71,7 @@ impl Stability {
             None if largest < 1.0 - MARGIN => Self::Stable,
             None if largest > 1.0 + MARGIN => Self::Unstable,
             None if largest.is_nan() => Self::Touch,
-            None => Self::Marginal,
+            None => Self::Marginal { held: held(orbit, multipliers) },
         }
     }
 
@@ -76,9 +80,21 @@ impl Stability {
         match self {
             Self::Stable => Some(true),
             Self::Unstable => Some(false),
-            Self::Corner { .. } | Self::Marginal | Self::Touch => None,
+            Self::Corner { .. } | Self::Marginal { .. } | Self::Touch => None,
         }
     }
+}
+
+/// A contact that sticks throughout, if there are as many of them as multipliers on or outside the unit circle.
+fn held(orbit: &Orbit, multipliers: &Multipliers) -> Option<usize> {
+    let sticks = |contact: &usize| {
+        let mut statuses = orbit.steps.iter().map(|step| step.combination.statuses()[*contact]);
+        statuses.all(|status| status == Status::Sticking)
+    };
+    let neutral = multipliers.transverse.iter().filter(|m| !(m.norm() < 1.0 - MARGIN)).count();
+    let mut contacts = (0..orbit.scene().contacts.len()).filter(sticks);
+    let first = contacts.next()?;
+    (neutral <= 1 + contacts.count()).then_some(first)
 }
 
 impl fmt::Display for Stability {
@@ -90,7 +106,11 @@ impl fmt::Display for Stability {
                 f,
                 "stability not known: events of contacts {a} and {b} coincide, and their order matters to neighbours"
             ),
-            Self::Marginal => f.write_str(
+            Self::Marginal { held: Some(contact) } => write!(
+                f,
+                "stability not known: a multiplier is 1, as contact {contact} sticks throughout and every motion keeps the place at which it sticks, or the friction force of its spring there; all other differences decay"
+            ),
+            Self::Marginal { held: None } => f.write_str(
                 "stability not known: the largest multiplier is 1 in modulus to rounding",
             ),
             Self::Touch => f.write_str("stability not known: an event function only touches zero"),

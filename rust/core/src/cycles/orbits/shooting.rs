@@ -20,6 +20,7 @@ use crate::error::input::Error;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
+use crate::numerics::singular_values::pseudo_inverse;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -111,17 +112,23 @@ impl Shooting {
         state
     }
 
-    /// dy_0
+    /// dy_0; that to the nearest orbit where the orbits are a family, such as those of a contact that sticks at any place of
+    /// a vibrating slider, or that sticks on a spring whose force is a free constant.
     pub fn solution(&self) -> Result<Vec<f64>, OrbitFailure> {
-        let load = self.load(&self.mismatch);
-        let entries = solve(self.matrix(), &load);
+        let (matrix, load) = (self.matrix(), self.load(&self.mismatch));
+        let entries = solve(matrix.clone(), &load);
         if entries.iter().all(|x| x.is_finite()) {
-            Ok(self.state(&entries))
-        } else if load.iter().all(|x| x.abs() <= ROUNDING) {
-            // The orbit is one of a family, such as those of a contact that sticks at any place of a vibrating slider.
-            Ok(vec![0.0; self.scales.size()])
-        } else {
-            Err(OrbitFailure::Singular)
+            return Ok(self.state(&entries));
+        }
+        if !matrix.iter().chain(&load).all(|x| x.is_finite()) {
+            return Err(OrbitFailure::Singular);
+        }
+        let nearest = apply(&pseudo_inverse(&matrix), &load);
+        let mut missed = apply(&matrix, &nearest).into_iter().zip(&load);
+        let rounding = ROUNDING * load.iter().fold(1.0, |size: f64, x| size.max(x.abs()));
+        match missed.all(|(reached, x)| (reached - x).abs() <= rounding) {
+            true => Ok(self.state(&nearest)),
+            false => Err(OrbitFailure::Singular),
         }
     }
 

@@ -344,6 +344,8 @@ impl Search<'_> {
         if let Some(third) = third
             && ![old, new].contains(&third)
             && lead > uncertainty(&root, top) + uncertainty(&root, next[new])
+            // Either part is shorter than the whole, so that the division ends.
+            && (from.value < root.value && root.value < to.value)
         {
             self.leader_crossings_between([from, &root], old, third, points)?;
             return self.leader_crossings_between([&root, to], top, next[new], points);
