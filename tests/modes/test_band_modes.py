@@ -180,6 +180,49 @@ def test_an_eigenvalue_on_the_border_is_told():
     assert "doubt" in str(modes)
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("n", [40, 150])
+def test_a_mode_just_outside_a_bound_is_told(n, side):
+    """A chain between a wall and a free end: frequencies ``sin((2 k - 1) pi / (4 n + 2)) / pi`` Hz."""
+    matrix = np.diag(np.r_[2.0 * np.ones(n - 1), 1.0]) - np.eye(n, k=1) - np.eye(n, k=-1)
+    scene = ss.Scene(np.ones(n), scipy.sparse.csr_array(matrix))
+    k = 9
+    frequency = np.sin((2 * k - 1) * np.pi / (4 * n + 2)) / np.pi
+    modes = ss.complex_modes(scene, "", band=(0.0, frequency * (1.0 + side * 8.0 * EPS)))
+    assert len(modes) == 2 * (k if side > 0 else k - 1)
+    (doubt,) = modes.doubts
+    assert ("left out" in doubt) == (side < 0)
+
+
+@pytest.mark.parametrize(
+    "damping", [None, ss.Proportional(stiffness=1e-6), ss.Proportional(mass=1.0)], ids=["none", "K", "M"]
+)
+@pytest.mark.parametrize("bodies", [1, 3, 6])
+def test_rigid_body_motions_are_counted(bodies, damping):
+    """Free chains have the eigenvalues ``4 k sin(j pi / 2 n)^2`` of M^-1 K, and zero among them."""
+    n = 120
+    chain = np.diag(np.r_[1.0, 2.0 * np.ones(n - 2), 1.0]) - np.eye(n, k=1) - np.eye(n, k=-1)
+    springs = 1e6 * np.linspace(1.0, 1.7, bodies)
+    stiffness = scipy.sparse.block_diag([scipy.sparse.csr_array(k * chain) for k in springs])
+    squares = np.sort((4.0 * springs[:, None] * np.sin(np.arange(n) * np.pi / (2 * n)) ** 2).ravel())
+    top = float(np.sqrt(squares[20:22]).mean()) / (2.0 * np.pi)
+    mass, beta = (0.0, 0.0) if damping is None else (damping.mass, damping.stiffness)
+    loss = mass + beta * squares[:21]
+    roots = np.sqrt(0.25 * loss**2 - squares[:21] + 0j)
+    expected = np.concatenate([-0.5 * loss + roots, -0.5 * loss - roots])
+    modes = ss.complex_modes(
+        ss.Scene(np.ones(n * bodies), stiffness.tocsr(), damping=damping), "", band=(0.0, top)
+    )
+    assert len(modes) == 42
+    assert modes.doubts == ()
+    assert abs(modes.missing) < 0.01
+    assert np.count_nonzero(modes.eigenvalues == 0.0) == (bodies if mass else 2 * bodies)
+    found, expected = (
+        v[np.lexsort((v.imag.round(6), np.abs(v).round(6)))] for v in (modes.eigenvalues, expected)
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
 def test_left_vectors_by_shared_factors_are_those_of_their_own(disc, every, monkeypatch):
     """Where many entries fill in, one factorization serves both sides, and nested dissection orders it."""
     for module, name in ((shift_invert, "_SHARED"), (pencils, "_DISSECTED")):

@@ -68,7 +68,7 @@ def outcome(seed):
     """Return ``right``, ``doubt`` or ``wrong``, with the expected values and the answer."""
     matrices, region, expected = planted(seed)
     answer = search_region(SparsePencil.of_matrices(*matrices), region)
-    found = answer.found.eigenvalues
+    found = answer.found.eigenvalues[region.holds(answer.found.eigenvalues)]
     if answer.doubts:
         return "doubt", expected, answer
     # Eigenvalues nearer to a bound than rounding moves them may lie on either side.

@@ -13,7 +13,7 @@ from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
-from stickslip.modes.sparse.search import Search, certified, covered
+from stickslip.modes.sparse.search import MARGIN, Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.modes.transverse import with_transverse_friction
 from stickslip.scene.checks import Complex, real_array, whole_number
@@ -111,8 +111,7 @@ def complex_modes(
         modes = Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
         upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
         if region is not None:
-            wanted = region.holds(modes.eigenvalues)
-            return _bordered(_part(modes, wanted), region)
+            return _bordered(modes, region)
         wanted = np.isin(np.arange(len(modes)), _nearest(upper, points, count))
         return _part(modes, wanted | np.roll(wanted & (modes.eigenvalues.imag > 0.0), 1))
     pencil = SparsePencil.of_matrices(*map(sparse_array, matrices))
@@ -162,12 +161,12 @@ def region_of(band: Sequence[float], growth: Sequence[float | None]) -> Region:
 def band_modes(
     scene: Scene, combination: str, pencil: SparsePencil, region: Region, certify: bool = True
 ) -> Modes:
-    """Return the modes of a region of a large scene, counted if wanted."""
+    """Return the modes of a region of a large scene and of a margin round it, counted if wanted."""
     search = Search(pencil)
     width = covered(search, region)
     if not certify:
         merged = search.merged()
-        inside = merged.kept(region.holds(merged.eigenvalues))
+        inside = merged.kept(region.holds(merged.eigenvalues, MARGIN * region.high))
         return dataclasses.replace(judged(scene, combination, pencil, inside), missing=None)
     answer = certified(search, region, width)
     modes = judged(scene, combination, pencil, answer.found)
@@ -245,12 +244,16 @@ def judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -
 
 
 def _bordered(modes: Modes, region: Region) -> Modes:
-    """Return modes with the doubt on which side of a bound those within rounding of it lie."""
+    """Return the modes in a region, with the doubt on which side of a bound some lie within rounding."""
+    inside = region.holds(modes.eigenvalues)
     upper = modes.eigenvalues.imag >= 0.0
     near = upper & (region.border(modes.eigenvalues) <= _BORDER * modes.rounding)
+    # Left out or not, and the number of those in the region.
+    number = np.cumsum(inside) - 1
     doubts = tuple(
-        f"mode {k}, {modes.frequencies[k]:.6g} Hz with growth rate {modes.eigenvalues[k].real:.6g} 1/s, lies "
-        "on a bound within rounding"
+        (f"mode {number[k]}" if inside[k] else "a mode that is left out")
+        + f", {modes.frequencies[k]:.6g} Hz with growth rate {modes.eigenvalues[k].real:.6g} 1/s, lies on a "
+        "bound within rounding"
         for k in np.flatnonzero(near)
     )
-    return dataclasses.replace(modes, doubts=modes.doubts + doubts)
+    return dataclasses.replace(_part(modes, inside), doubts=modes.doubts + doubts)

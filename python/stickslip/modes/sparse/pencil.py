@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,6 +16,7 @@ import scipy.sparse.linalg
 from threadpoolctl import threadpool_limits
 
 from stickslip.modes.sparse.dissection import dissected
+from stickslip.modes.sparse.rigid_bodies import RigidBodies, rigid_bodies
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.scene import Scene
 
@@ -100,6 +102,17 @@ class SparsePencil:
     def factors(self, value: complex, side: str = "N") -> Any:
         """Return the sparse LU of ``P(value)``, or of its transpose: side "T"."""
         return _factors(self.at(value, side), "NATURAL")
+
+    def static_solver(self, shift: float, side: str = "N") -> Callable[[Real], Real]:
+        """Return what solves with ``K + shift``, or with its transpose: side "T"."""
+        moved = scipy.sparse.csc_array(self.stiffness + shift * scipy.sparse.eye_array(self.size))
+        factors = _factors(moved, "NATURAL")
+        return lambda vectors: np.asarray(factors.solve(vectors, side))
+
+    @cached_property
+    def rigid_bodies(self) -> RigidBodies:
+        """The eigenvalues of rigid-body motions."""
+        return rigid_bodies(self)
 
     def log_determinant(self, value: complex) -> complex:
         """Return ``log det P(value)``, its imaginary part up to a multiple of 2 pi."""

@@ -29,6 +29,8 @@ _REAL = 1e-9
 _ROUNDS = 6
 #: How far from a whole number a winding may be to be taken for it.
 WHOLE = 0.01
+#: Width of the margin round a region, relative to its outer radius: so far a correction may move one.
+MARGIN = 1e-6
 #: Pairs that a search for missing ones takes, and its block.
 _AGAIN, _AGAIN_BLOCK = 40, 4
 
@@ -51,6 +53,7 @@ class Search:
     def merged(self) -> Found:
         """Return all pairs of the upper half plane once, conjugates left out, sorted by modulus.
 
+        Those of rigid bodies come first, which no shift has to find.
         Of a cluster that several shifts have found the one that has found most of it counts.
         """
         parts = []
@@ -59,10 +62,9 @@ class Search:
             real = np.abs(values.imag) <= _REAL * np.abs(values)
             values = np.where(real, values.real + 0.0j, values)
             parts += [(value, shift, k) for k, value in enumerate(values) if value.imag >= 0.0]
-        size = self.pencil.size
+        rigid = self.pencil.rigid_bodies
         if not parts:
-            empty = np.zeros((size, 0), dtype=complex)
-            return Found(0.0, 0.0, np.zeros(0, dtype=complex), empty, empty)
+            return Found(0.0, 0.0, rigid.eigenvalues, rigid.right, rigid.left)
         values = np.array([part[0] for part in parts])
         unit = float(np.median(np.abs(values))) or 1.0
         chosen = []
@@ -81,7 +83,13 @@ class Search:
         columns = [parts[k] for k in chosen]
         right = np.stack([self.found[shift].right[:, k] for _, shift, k in columns], axis=1)
         left = np.stack([self.found[shift].left[:, k] for _, shift, k in columns], axis=1)
-        return Found(0.0, 0.0, values[chosen], right, left)
+        return Found(
+            0.0,
+            0.0,
+            np.concatenate([rigid.eigenvalues, values[chosen]]),
+            np.concatenate([rigid.right, right], axis=1),
+            np.concatenate([rigid.left, left], axis=1),
+        )
 
     def uncovered(self, low: float, high: float, width: float) -> list[tuple[float, float]]:
         """Return the parts of [low, high] on the imaginary axis that no disc covers to either side."""
@@ -98,7 +106,7 @@ class Search:
 
 @dataclass(frozen=True)
 class Answer:
-    """Pairs of a region, and what is known about those missing."""
+    """Pairs of a region and of a margin round it, and what is known about those missing."""
 
     found: Found
     missing: float
@@ -181,5 +189,5 @@ def certified(search: Search, region: Region, width: float) -> Answer:
             f"the winding of det P is {missing:.3f}, not whole: an eigenvalue lies near the contour, which "
             f"{certificate.factorizations} factorizations don't resolve"
         )
-    inside = region.holds(merged.eigenvalues)
+    inside = region.holds(merged.eigenvalues, MARGIN * region.high)
     return Answer(merged.kept(inside), missing, tuple(doubts), certificate.factorizations, len(search.found))

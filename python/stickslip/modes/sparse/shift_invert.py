@@ -74,6 +74,8 @@ def search_near(
 ) -> Found:
     """Return the `count` eigenpairs nearest to a shift, fewer if those within `radius` are fewer.
 
+    Those of rigid bodies, which are known, are left out.
+
     Parameters
     ----------
     pencil
@@ -102,6 +104,7 @@ def search_near(
             raise
         return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     random = np.random.default_rng(seed)
+    block = max(block, pencil.rigid_bodies.number)
     start = random.standard_normal((2 * size, block)) + 1j * random.standard_normal((2 * size, block))
     values, states, reach, dimensions = krylov.nearest(start, count, radius)
     # With an eigenvalue at the shift that one alone converges, or none.
@@ -126,6 +129,8 @@ def search_near(
         float(distance.max()) * (1.0 + 1e-9),
         3 * dimensions // 4,
     )
+    mine, theirs = (~pencil.rigid_bodies.among(found, shift) for found in (values, others))
+    values, states, others, duals = values[mine], states[:, mine], others[theirs], duals[:, theirs]
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
     missed = float(np.abs(values[lost] - shift).min(initial=np.inf))

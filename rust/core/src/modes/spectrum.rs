@@ -26,6 +26,10 @@ pub(crate) const REFINED_SIZE: usize = 60;
 /// such a pair has a condition that shows it.
 const SLOW: f64 = 1e-2;
 
+/// Relative distance of eigenvalues that may be one multiple one, and the largest part of one mode in another.
+const CLOSE: f64 = 1e-6;
+const MIXED: f64 = 1e-12;
+
 /// How accurate the vectors have to be; the eigenvalues are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Vectors {
@@ -69,7 +73,35 @@ pub(crate) fn modes_of_motion(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
             mode.condition = f64::INFINITY;
         }
     }
+    mark_mixed(pencil, &mut modes, SLOW * fastest);
     Ok(modes)
+}
+
+/// Gives modes whose left vectors belong to no single right one an infinite condition: to a multiple eigenvalue a solver
+/// finds vectors that are not bi-orthogonal, `v_i' (C + (lambda_i + lambda_j) M) x_j != 0`, and each is sound by itself.
+fn mark_mixed(pencil: &Pencil, modes: &mut [Mode], slow: f64) {
+    for j in 0..modes.len() {
+        let other = &modes[j];
+        let is_close = |mode: &Mode| {
+            let [one, two] = [mode.eigenvalue, other.eigenvalue];
+            let distance = (one - two).norm();
+            one.norm().max(two.norm()) <= slow || distance <= CLOSE * two.norm()
+        };
+        let close: Vec<usize> =
+            (0..modes.len()).filter(|&i| i != j && is_close(&modes[i])).collect();
+        if close.is_empty() {
+            continue;
+        }
+        let products = pencil.products(&other.right);
+        let is_mixed = |&i: &usize| {
+            let (mode, size) = (&modes[i], (modes[i].a.norm() * other.a.norm()).sqrt());
+            let middle = 0.5 * (mode.eigenvalue + other.eigenvalue);
+            !(products.slope(middle, &mode.left).norm() <= MIXED * size)
+        };
+        if close.iter().any(is_mixed) {
+            modes[j].condition = f64::INFINITY;
+        }
+    }
 }
 
 /// Whether a mode needs inverse iteration of its own.

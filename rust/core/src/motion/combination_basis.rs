@@ -124,14 +124,23 @@ impl CombinationBasis {
             let scene = left.as_deref().unwrap_or(scene);
             let reduced = Reduced::new(scene, combination)?;
             let modes = match &scene.drive {
-                Some(drive) => forced_modes(scene.bare(), drive, &reduced)?,
+                Some(drive) => forced_modes(scene.bare(), drive, &reduced),
                 None => {
                     let own = reduced.scene(scene);
                     let pencil = Pencil::new(own, combination, &reduced.reduction);
-                    modes_of_motion(&pencil)?
+                    modes_of_motion(&pencil)
                 }
             };
-            let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
+            let (modes, condition) = match modes {
+                Err(Error::Eigenvalues { .. }) if wanted == Wanted::SoundModes => {
+                    (Vec::new(), f64::INFINITY)
+                }
+                modes => {
+                    let modes = modes?;
+                    let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
+                    (modes, condition)
+                }
+            };
             // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
             // of it; above it the series is used instead.
             if condition <= WELL_CONDITIONED {
