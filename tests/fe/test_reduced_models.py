@@ -394,3 +394,19 @@ def test_modes_of_a_structure_with_dofs_without_mass():
     residual = stiffness @ shapes - scene.mass[:, None] * shapes * squares
     scale = np.abs(stiffness).max() * np.abs(shapes).max(axis=0)
     assert (np.abs(residual).max(axis=0) < 1e-9 * scale).all()
+
+
+def test_a_mode_that_grows_in_one_scene_alone_is_told():
+    """Damping between the growth rates of the two scenes makes one of them stable: it moves both nearly alike."""
+    undamped = on_belt(5, 5, friction=0.6, damping=None)
+    band = (100.0, 60e3)
+    found = ss.fe.reduce(undamped, band, modes=3).errors
+    full, few = found.full.to_numpy().real, found.reduced.to_numpy().real
+    mode = full.argmax()
+    rates = full[mode], few[mode]
+    assert max(rates) > 1.0
+    damped = undamped.replace(damping=ss.Proportional(mass=sum(rates)))
+    with pytest.warns(UserWarning, match=r"mode \d+ at .* Hz has the growth rate .* in the full scene"):
+        reduced = ss.fe.reduce(damped, band, modes=3)
+    assert reduced.errors.full.to_numpy().real.max() < 0.0 < reduced.errors.reduced.to_numpy().real.max()
+    assert "growth rate" in dict(reduced.summary().facts)["warning"]

@@ -252,3 +252,27 @@ def test_newtons_method_starts_where_no_point_found_explains_the_prediction():
     assert starts <= 10
     # Of the mesh, and of the other critical points.
     assert nodes < path.eigenproblems <= nodes + 40
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+def test_hopf_points_tell_of_a_lock_in_without_one(damping):
+    """K = [[2, mu - 1/2], [-1/2, 2]]: the modes lock in at mu = 1/2; with damping a Hopf point follows."""
+    contact = ss.Contact(tangential=0, normal=1, friction=0.2, slider_speed=1.0, normal_stiffness=1.0)
+    scene = ss.Scene(
+        [1.0, 1.0],
+        [[2.0, -0.5], [-0.5, 1.0]],
+        damping=ss.Proportional(mass=damping),
+        force=[0.0, -10.0],
+        contacts=[contact],
+    )
+    (lock_in,) = [
+        point for point in ss.critical_points(scene, friction=(0.0, 1.0)) if point.kind == "lock_in"
+    ]
+    assert lock_in.value == pytest.approx(0.5, rel=1e-12)
+    if damping:
+        assert len(ss.hopf_points(scene, friction=(0.0, 1.0))) == 1
+        return
+    with pytest.warns(UserWarning, match=r"a mode grows at friction = 1: .*critical_points"):
+        assert ss.hopf_points(scene, friction=(0.0, 1.0)) == []
+    # Neutral at both ends of a range below the lock-in.
+    assert ss.hopf_points(scene, friction=(0.0, 0.4)) == []

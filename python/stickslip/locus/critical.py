@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,13 +11,16 @@ from typing import Any, Literal
 import numpy as np
 
 from stickslip import _core
-from stickslip.faults import InputError
+from stickslip.faults import InputError, NoSteadySlidingError, NoSteadyStateError
 from stickslip.locus.asked import asked, divided, interval
 from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.path import Sliding
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
+
+#: Growth rates up to this part of |lambda| are rounding, as those of undamped modes.
+_NEUTRAL = 1e-8
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 
@@ -257,7 +261,9 @@ def hopf_points(
 ) -> list[CriticalPoint]:
     """Return the Hopf points over a range of one parameter, in ascending order.
 
-    The list includes points at which steady sliding does not exist, with ``steady_sliding`` False.
+    The list includes points at which steady sliding does not exist, with ``steady_sliding`` False. Without
+    damping a mode begins to grow at a lock-in, which is no Hopf point; if there is no Hopf point and a mode
+    grows at one end of the range only, a warning says so.
 
     Parameters
     ----------
@@ -278,7 +284,7 @@ def hopf_points(
     """
     sliding, name, lower, upper, fixed = _range(hopf_points, model, combination, over, parameters)
     labels = [str(label) for label in sliding.family.scene({**fixed, name: lower}).contact_labels()]
-    return _found(
+    points = _found(
         lambda path: _points(name, labels, path.hopf_points()[0]),
         sliding,
         name,
@@ -288,3 +294,28 @@ def hopf_points(
         band,
         growth,
     )
+    if not points and band is None:
+        _warn_of_lock_in(sliding, name, (lower, upper), fixed)
+    return points
+
+
+def _warn_of_lock_in(
+    sliding: Sliding, name: str, ends: tuple[float, float], fixed: Mapping[str, float]
+) -> None:
+    """Warn where the modes grow at one end of the range and not at the other, without a Hopf point."""
+
+    def grows(value: float) -> bool:
+        scene = sliding.family.scene({**fixed, name: value})
+        try:
+            eigenvalues = complex_modes(scene, sliding.letters(scene)).eigenvalues
+        except (NoSteadySlidingError, NoSteadyStateError):
+            return False
+        return bool((eigenvalues.real > _NEUTRAL * np.abs(eigenvalues)).any())
+
+    growing = [value for value in ends if grows(value)]
+    if len(growing) == 1:
+        warnings.warn(
+            f"hopf_points: no Hopf point, yet a mode grows at {name} = {growing[0]:g}: its growth begins "
+            "at a lock-in, as without damping, or at a divergence; critical_points returns these",
+            stacklevel=3,
+        )

@@ -7,6 +7,7 @@ structure, whose contacts have none (`macneal`).
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,8 @@ from stickslip.show.summary import Shown, Summary, Table
 
 #: Fixed-interface modes up to this multiple of the band are there from the start.
 ABOVE = 1.5
+#: Growth rates up to this part of |lambda| are rounding, as those of undamped modes.
+NEUTRAL = 1e-10
 #: By how much the number of modes grows in one step, what error is left by a step that still pays, and after
 #: how many that do not the boundary is what limits the error.
 GROWTH, PAYS, PATIENCE = 1.5, 0.8, 2
@@ -163,6 +166,7 @@ class Reduction(Shown):
             ),
             ("largest error", f"{errors.max():.2g}"),
             ("largest growth", f"{_growth(full)}; reduced {_growth(reduced)}"),
+            *(("warning", change) for change in stability_changes(full, reduced)),
         ]
         rows = [
             (str(k), abs(one) / (2.0 * np.pi), abs(other) / (2.0 * np.pi), one.real, other.real, float(error))
@@ -201,7 +205,8 @@ def reduce(
         others (fewer where nearly all modes are kept), and no inertia at the contacts, so that there are no
         impacts; for scenes without a circulatory matrix.
     tolerance
-        Largest relative distance of an eigenvalue.
+        Largest relative distance of an eigenvalue. It does not bound the error of growth rates: a warning
+        names every mode that grows in only one of the two scenes.
     combination
         Status combination whose eigenvalues are compared; None: that of steady sliding.
     modes
@@ -264,6 +269,8 @@ def reduce(
         if worst < best:
             best, fewer = worst, count
         count = min(most, max(count + 4, int(GROWTH * count)))
+    for change in stability_changes(full, values):
+        warnings.warn(f"reduced scene: {change}", stacklevel=2)
     errors_of = xr.Dataset(
         {
             "full": ("mode", full, {"units": "1/s"}),
@@ -287,6 +294,21 @@ def reduce(
         errors_of,
         model.dual,
     )
+
+
+def stability_changes(full: Complex, reduced: Complex) -> list[str]:
+    """Return a sentence for each mode that grows in only one of the full and the reduced scene.
+
+    The error of an eigenvalue is relative to its modulus, and says little of its growth rate.
+    """
+    least = NEUTRAL * np.abs(full)
+    changed = np.flatnonzero((full.real > least) != (reduced.real > least))
+    return [
+        f"mode {k} at {abs(full[k]) / (2.0 * np.pi):.5g} Hz has the growth rate {full[k].real:.3g} 1/s in the"
+        f" full scene and {reduced[k].real:.3g} 1/s in the reduced one; take more modes, a smaller tolerance"
+        " or another boundary"
+        for k in changed.tolist()
+    ]
 
 
 def _growth(values: Complex) -> str:
