@@ -1,7 +1,11 @@
 """Datasets come back from files as they were written."""
 
+import json
+import os
+import pickle
 import shutil
 import sys
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -227,6 +231,67 @@ def test_folders_that_hold_something_else_are_kept(tmp_path):
     results = study.run(tmp_path / "study.zarr")
     with pytest.raises(ss.InputError, match="holds something else"):
         ss.write_dataset(results, tmp_path / "study.zarr")
+
+
+class Touch:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return Path.touch, (self.path,)
+
+
+@pytest.mark.parametrize("codec", [None, "filters", "compressor"])
+@pytest.mark.parametrize("kind", ["<f8", "|O"])
+def test_zarr_folders_of_format_2_are_refused_before_anything_is_decoded(tmp_path, monkeypatch, codec, kind):
+    folder, made = tmp_path / "a.zarr", tmp_path / "made"
+    (folder / "a").mkdir(parents=True)
+    (folder / ".zgroup").write_text('{"zarr_format": 2}')
+    (folder / ".zattrs").write_text("{}")
+    (folder / "a" / ".zattrs").write_text('{"_ARRAY_DIMENSIONS": ["x"]}')
+    record = {"zarr_format": 2, "shape": [1], "chunks": [1], "dtype": kind, "order": "C", "fill_value": 0}
+    record |= {"filters": None, "compressor": None}
+    if codec is not None:
+        unpickle = {"id": "pickle", "protocol": 4}
+        record[codec] = [{"id": "vlen-utf8"}, unpickle] if codec == "filters" else unpickle
+    (folder / "a" / ".zarray").write_text(json.dumps(record))
+    (folder / "a" / "0").write_bytes(np.ones(1).tobytes() if codec is None else pickle.dumps(Touch(made)))
+    asked = []
+    monkeypatch.setattr("numcodecs.registry.get_codec", asked.append)
+    with pytest.raises(ss.InputError, match="expected a zarr folder of format 3"):
+        ss.read_dataset(folder)
+    assert not asked
+    assert not made.exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"zarr_format": 2}, "zarr_format: expected 3, got 2"),
+        ({"codecs": [{"name": "numcodecs.pickle"}]}, "codecs: expected bytes, .*got 'numcodecs.pickle'"),
+    ],
+)
+def test_arrays_of_zarr_with_other_formats_or_codecs_are_refused(tmp_path, changed, message):
+    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "a.zarr")
+    file = tmp_path / "a.zarr" / "a" / "zarr.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | changed))
+    with pytest.raises(ss.InputError, match=message):
+        ss.read_dataset(tmp_path / "a.zarr")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="modes of files")
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444])
+@pytest.mark.parametrize("suffix", [".nc", ".json", ".csv", ".zarr"])
+def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, suffix, mode):
+    path = tmp_path / f"data{suffix}"
+    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), path)
+    mode |= 0o700 if path.is_dir() else 0
+    path.chmod(mode)
+    ss.write_dataset(xr.Dataset({"a": ("x", [2.0])}), path)
+    assert os.stat(path).st_mode & 0o777 == mode
+    assert ss.read_dataset(path).a.item() == 2.0
 
 
 def test_zarr_is_optional(tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 The first three do not know complex numbers, so a complex variable ``z`` becomes ``z_real`` and ``z_imag``,
 whose attribute ``complex`` names z; `read_dataset` joins them again. NetCDF files are of version 3 (64-bit
 offset), which everything reads. JSON has the layout of ``xarray.Dataset.to_dict``, nan as null and infinity
-as a text. A zarr folder is of format 3.
+as a text. A zarr folder is of format 3: format 2 knows filters that run code of the folder.
 
 A file appears when it is complete: it is written under another name first and then renamed.
 """
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SUFFIXES = (".nc", ".json", ".csv", ".zarr")
+#: Codecs of zarr that read numbers and texts, and nothing else.
+CODECS = ("bytes", "vlen-utf8", "transpose", "zstd", "gzip", "blosc", "crc32c")
 
 
 class Labelled(Protocol):
@@ -104,7 +106,8 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         if file.suffix == ".nc":
             return join_complex(_native(xr.load_dataset(file, engine="scipy")))
         if file.suffix == ".zarr":
-            return _native(xr.open_zarr(file, chunks=None, consolidated=False).load())
+            _check_zarr(file)
+            return _native(xr.open_zarr(file, chunks=None, consolidated=False, zarr_format=3).load())
         if file.suffix == ".csv":
             return join_complex(from_csv(file.read_text(encoding="utf-8")))
         record = json.loads(file.read_text(encoding="utf-8"))
@@ -117,13 +120,17 @@ def read_dataset(path: str | Path) -> xr.Dataset:
 
 
 def replace_file(path: str | Path, content: bytes | memoryview) -> None:
-    """Write a file under another name beside it and then rename it; a device or pipe is written to."""
+    """Write a file under another name and rename it; its mode stays. Devices and pipes are written to."""
     file = Path(os.path.realpath(path))
     if file.exists() and not file.is_file():
         file.write_bytes(content)
         return
     with _draft(file) as draft:
-        draft.write_bytes(content)
+        with draft.open("wb") as handle:
+            if file.exists():
+                # Before the content is there, and while a file that nobody may write to can be written.
+                shutil.copymode(file, draft)
+            handle.write(content)
         draft.replace(file)
 
 
@@ -146,6 +153,21 @@ def _netcdf(dataset: xr.Dataset) -> bytes | memoryview:
     return content
 
 
+def _check_zarr(folder: Path) -> None:
+    """Refuse a folder that is not of format 3, or has other codecs, before zarr sees it."""
+    if not (folder / "zarr.json").is_file():
+        raise InputError("expected a zarr folder of format 3, got one without zarr.json")
+    for file in (folder / "zarr.json", *folder.glob("*/zarr.json")):
+        record = json.loads(file.read_text(encoding="utf-8"))
+        where = file.relative_to(folder)
+        if record["zarr_format"] != 3:
+            raise InputError(f"{where}: zarr_format: expected 3, got {record['zarr_format']!r}")
+        for codec in record.get("codecs", ()):
+            name = codec if isinstance(codec, str) else codec["name"]
+            if name not in CODECS:
+                raise InputError(f"{where}: codecs: expected {', '.join(CODECS)}, got {name!r}")
+
+
 def _write_zarr(dataset: xr.Dataset, path: Path) -> None:
     package("zarr", path.name)
     folder = Path(os.path.realpath(path))
@@ -157,6 +179,7 @@ def _write_zarr(dataset: xr.Dataset, path: Path) -> None:
         }
         dataset.drop_encoding().assign(texts).to_zarr(draft, mode="w-", zarr_format=3, consolidated=False)
         if folder.exists():
+            shutil.copymode(folder, draft)
             folder.rename(replaced)
         try:
             draft.rename(folder)

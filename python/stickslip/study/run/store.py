@@ -176,7 +176,7 @@ class ZarrStore(Store):
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete, read from the disk as it is used."""
-        found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False)
+        found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False, zarr_format=3)
         words = {
             column.name: (("sample", *column.dims), _Words.lazy(self._group[column.name]), column.attrs)
             for column in self.layout.columns
@@ -235,7 +235,7 @@ class ZarrStore(Store):
 
     def _opened(self, zarr: Any) -> Any:
         try:
-            group = zarr.open_group(self.path, mode="r+")
+            group = zarr.open_group(self.path, mode="r+", zarr_format=3)
             theirs = json.loads(group.attrs["identity"])
             machine = json.loads(group.attrs["machine"])
         except (KeyError, ValueError, FileNotFoundError, NotADirectoryError) as error:
