@@ -1,13 +1,14 @@
 """Where two kinds of scene or result meet: each is seen by every view that exists for one of them."""
 
+import io
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from meshed import block
 
 import stickslip as ss
+from meshed import block
 from stickslip.explorer import picture
 from stickslip.motion.events import KINDS
 
@@ -26,7 +27,7 @@ def bouncing():
     """Return a motion that opens and closes a contact spring."""
     scene = compliant()
     start = ss.sliding_equilibrium(scene)
-    return ss.simulate(scene, ss.State(start.position + [0.0, 2.0], start.velocity, "d"), 20.0)
+    return ss.simulate(scene, ss.State(start.position + np.array([0.0, 2.0]), start.velocity, "d"), 20.0)
 
 
 def with_stop():
@@ -73,3 +74,38 @@ def test_explorer_chooses_contacts_of_a_motion_under_steps():
     run = ss.simulate(scene, ss.disturbed_sliding(scene), 3.0)
     assert -1 in run.events.contact
     assert picture._contacts(run) == [0]
+
+
+def test_a_balance_closes_in_its_dataset_too():
+    scene = ss.Scene([1.0, 1.0], np.diag([9.0, 20.0]), circulatory=[[0.0, 1.0], [-1.0, 0.0]], dofs=["x", "y"])
+    balance = ss.simulate(scene, ss.State([1.0, 0.0], [0.0, 0.5], ""), 3.0).balance()
+    data = balance.to_dataset()
+    assert abs(float(data.circulatory)) > 1e-3
+    works = data.contact_work + data.external + data.circulatory + data.damping + data.impact
+    assert float(data.stored - works) == pytest.approx(float(data.residual), abs=1e-13 * balance.turnover)
+
+
+def test_a_mode_taken_from_its_dataset_keeps_its_period_in_vtk(tmp_path):
+    body = block(3, 1)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.5, gap=-1e-6)
+    scene = ss.fe.assemble(body, pairs, impact_friction=True)
+    modes = ss.complex_modes(scene).to_dataset()
+    ends = []
+    for name, given in (("all", modes), ("one", modes.isel(mode=2))):
+        ss.fe.write_vtu(tmp_path / f"{name}.pvd", scene, given, **({"mode": 2} if name == "all" else {}))
+        ends.append(re.findall(r'timestep="([^"]+)"', (tmp_path / f"{name}.pvd").read_text()))
+    assert ends[0] == ends[1]
+
+
+def test_phase_plane_of_a_scene_without_contacts_is_refused_by_name():
+    run = ss.simulate(ss.Scene([1.0], [[4.0]]), ss.State([1.0], [0.0], ""), 1.0)
+    with pytest.raises(ss.InputError, match="motion: a scene without contacts"):
+        ss.plot.phase_plane(run)
+
+
+def test_axes_are_saved_as_the_figure_in_which_they_stand():
+    axes = bouncing().plot()
+    files = [io.BytesIO(), io.BytesIO()]
+    ss.plot.save(axes, files[0], form="png")
+    ss.plot.save(axes.figure, files[1], form="png")
+    assert files[0].getvalue() == files[1].getvalue() != b""

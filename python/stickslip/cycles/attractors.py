@@ -45,8 +45,8 @@ def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) 
     """Return steady sliding with its fastest growing mode set in motion.
 
     The mode is added as a velocity alone. It is so small that no contact has a tangential velocity above half
-    of its slider speed, so that every contact goes on sliding; contacts whose slider rests, such as stops, set
-    no such bound.
+    of its slider speed, so that every contact goes on sliding; contacts whose slider rests,
+    such as stops, set no such bound.
 
     Parameters
     ----------
