@@ -45,12 +45,13 @@ def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) 
     """Return steady sliding with its fastest growing mode set in motion.
 
     The mode is added as a velocity alone. It is so small that no contact has a tangential velocity above half
-    of its slider speed, so that every contact goes on sliding.
+    of its slider speed, so that every contact goes on sliding; contacts whose slider rests,
+    such as stops, set no such bound.
 
     Parameters
     ----------
     scene
-        A scene whose sliders move.
+        A scene with a sliding equilibrium.
     band
         Lowest and highest frequency of the modes among which the fastest growing one is chosen, Hz; of a
         large scene no others are computed. None: all modes.
@@ -62,8 +63,10 @@ def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) 
     """
     start = sliding_equilibrium(scene)
     modes = complex_modes(scene, start.combination, band=band)
-    if band is not None and not len(modes):
-        raise InputError(f"band: steady sliding has no mode from {band[0]:g} to {band[1]:g} Hz")
+    if not len(modes):
+        if band is not None:
+            raise InputError(f"band: steady sliding has no mode from {band[0]:g} to {band[1]:g} Hz")
+        raise InputError("scene: steady sliding has no mode that could be set in motion")
     return set_in_motion(scene, start, modes)
 
 
@@ -73,6 +76,7 @@ def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
     slips = [
         abs(float(scene.tangential_direction(i) @ shape)) / abs(contact.slider_speed)
         for i, contact in enumerate(scene.contacts)
+        if contact.slider_speed
     ]
     largest = max(slips, default=0.0)
     return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))

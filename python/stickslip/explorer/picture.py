@@ -144,7 +144,8 @@ def _told(cycle: Cycle) -> str:
 def _contacts(run: Motion) -> list[int]:
     """Return the contacts that are drawn: all, or those with most events."""
     count = len(run.scene.contacts)
-    changes = np.bincount(run.events.contact, minlength=count)
+    own = run.events.contact[run.events.contact >= 0]
+    changes = np.bincount(own, minlength=count)
     return sorted(np.argsort(-changes, kind="stable")[:CONTACTS].tolist())
 
 

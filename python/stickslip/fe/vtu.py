@@ -120,8 +120,8 @@ def _frames(
         if number >= count:
             raise InputError(f"mode: expected a mode in 0..{count - 1}, got {mode}")
         shape = given["shape"].isel(mode=number) if "mode" in given["shape"].dims else given["shape"]
-        value = complex(given.eigenvalue.isel(mode=number).item()) if "mode" in given.eigenvalue.dims else 2j
-        return _moving(scene, mesh, shape.to_numpy(), abs(value.imag), frames, scale)
+        value = given.eigenvalue.isel(mode=number) if "mode" in given.eigenvalue.dims else given.eigenvalue
+        return _moving(scene, mesh, shape.to_numpy(), abs(complex(value.item()).imag), frames, scale)
     try:
         array = np.asarray(given)
     except ValueError:

@@ -149,7 +149,7 @@ class Balance(Shown):
         ``combination_``. The attributes ``start`` and ``end``, s.
         """
         joule = {"units": "J"}
-        terms = ("kinetic", "elastic", "stored", "external", "damping", "impact", "residual")
+        terms = ("kinetic", "elastic", "stored", "external", "circulatory", "damping", "impact", "residual")
         by_combination = self.combinations.rename(
             {name: f"combination_{name}" for name in self.combinations.data_vars}
         )

@@ -28,7 +28,11 @@ KINDS = {
     "release": "the contact opens",
     "impact": "the contact closes",
     "accumulation": "infinitely many bounces end",
+    "closing": "a contact without mass closes; nothing bounces",
+    "jump": "sticking of a contact without mass ends, and falling friction moves it at once",
     "load": "a load is switched",
+    "turn": "the place of a sliding contact turns back along its slider",
+    "exhausted": "friction that falls with slip speed reaches zero, which ends the run",
 }
 
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
+from stickslip.faults import InputError
 from stickslip.motion.events import Events
 from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
@@ -330,6 +331,10 @@ def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None, b
 def phase_planes(run: Moving, samples: int, title: str) -> Figure:
     """Return tangential velocity over displacement of every contact, a panel for each, by status."""
     labels = run.scene.contact_labels()
+    if not labels:
+        raise InputError(
+            "motion: a scene without contacts has no phase plane of contacts; draw displacements"
+        )
     figure = Figure(figsize=(4.8 * len(labels), 4.4), layout="constrained")
     panels = figure.subplots(1, len(labels), squeeze=False)[0]
     phase_portraits(panels, run, range(len(labels)), samples)

@@ -38,7 +38,7 @@ def quantity(name: object, units: str = "1") -> str:
     return words if units in ("", "1") else f"{words}, {units}"
 
 
-def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
+def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
     If the figure has several panels, they bear letters. Axes have units that suit what they show.
@@ -46,7 +46,7 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
     Parameters
     ----------
     figure
-        The figure.
+        The figure, or axes: the figure in which they stand.
     path
         The file, or a stream that takes its bytes.
     dpi
@@ -56,6 +56,8 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
     """
     import matplotlib
 
+    if isinstance(figure, Axes):
+        figure = figure.get_figure(root=True)
     readable_units(figure)
     panel_letters(figure)
     # What would tell when and by which version a file was made.

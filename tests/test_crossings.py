@@ -1,0 +1,111 @@
+"""Where two kinds of scene or result meet: each is seen by every view that exists for one of them."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from meshed import block
+from stickslip.explorer import picture
+from stickslip.motion.events import KINDS
+
+BELT = {"friction": 0.5, "slider_speed": 0.1}
+
+
+def compliant():
+    """Hoffmann's two dofs on a contact spring, unstable above friction 0.546."""
+    contact = ss.Contact(tangential="x", normal="y", friction=0.8, slider_speed=1.0, normal_stiffness=30.0)
+    return ss.Scene(
+        [1.0, 1.0], [[11.0, -5.0], [-5.0, 10.0]], force=[0, -10.0], dofs=["x", "y"], contacts=[contact]
+    )
+
+
+def bouncing():
+    """Return a motion that opens and closes a contact spring."""
+    scene = compliant()
+    start = ss.sliding_equilibrium(scene)
+    return ss.simulate(scene, ss.State(start.position + np.array([0.0, 2.0]), start.velocity, "d"), 20.0)
+
+
+def with_stop():
+    """Return a mass on a belt beside a stop that it does not reach in steady sliding."""
+    belt = ss.Contact(tangential="x", normal="y", **BELT)
+    stop = ss.Contact(normal={"x": -1.0}, gap=1.0)
+    return ss.Scene(
+        [1.0, 1.0], [[9.0, 1.0], [1.0, 20.0]], force=[0, -5.0], dofs=["x", "y"], contacts=[belt, stop]
+    )
+
+
+def test_every_kind_of_event_of_the_core_is_explained():
+    source = Path(__file__).parents[1] / "rust/core/src/contact/event_kind.rs"
+    named = re.findall(r'EventKind::\w+ => "([^"]+)"', source.read_text())
+    assert len(named) == 11
+    assert set(KINDS) == set(named)
+
+
+def test_a_run_with_closings_has_a_summary():
+    run = bouncing()
+    assert "closing" in run.events.kind
+    assert KINDS["closing"] in str(run.summary())
+    assert KINDS["closing"] in run.events._repr_html_()
+
+
+def test_sliding_beside_a_stop_is_disturbed_within_the_speed_of_the_belt():
+    scene = with_stop()
+    start = ss.disturbed_sliding(scene)
+    assert start.combination == "+d"
+    # The mode as a velocity takes the only moving slider to half of its speed, as the docstring says.
+    assert abs(start.velocity[0]) == pytest.approx(0.5 * BELT["slider_speed"], rel=1e-14)
+
+
+def test_explorer_chooses_contacts_of_a_motion_under_steps():
+    push = ss.Steps({"x": 0.1}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])
+    scene = ss.Scene(
+        [1.0, 1.0],
+        np.diag([9.0, 20.0]),
+        force=[0, -5.0],
+        dofs=["x", "y"],
+        loads=[push],
+        contacts=[ss.Contact(tangential="x", normal="y", **BELT)],
+    )
+    run = ss.simulate(scene, ss.disturbed_sliding(scene), 3.0)
+    assert -1 in run.events.contact
+    assert picture._contacts(run) == [0]
+
+
+def test_a_balance_closes_in_its_dataset_too():
+    scene = ss.Scene([1.0, 1.0], np.diag([9.0, 20.0]), circulatory=[[0.0, 1.0], [-1.0, 0.0]], dofs=["x", "y"])
+    balance = ss.simulate(scene, ss.State([1.0, 0.0], [0.0, 0.5], ""), 3.0).balance()
+    data = balance.to_dataset()
+    assert abs(float(data.circulatory)) > 1e-3
+    works = data.contact_work + data.external + data.circulatory + data.damping + data.impact
+    assert float(data.stored - works) == pytest.approx(float(data.residual), abs=1e-13 * balance.turnover)
+
+
+def test_a_mode_taken_from_its_dataset_keeps_its_period_in_vtk(tmp_path):
+    body = block(3, 1)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.5, gap=-1e-6)
+    scene = ss.fe.assemble(body, pairs, impact_friction=True)
+    modes = ss.complex_modes(scene).to_dataset()
+    ends = []
+    for name, given in (("all", modes), ("one", modes.isel(mode=2))):
+        ss.fe.write_vtu(tmp_path / f"{name}.pvd", scene, given, **({"mode": 2} if name == "all" else {}))
+        ends.append(re.findall(r'timestep="([^"]+)"', (tmp_path / f"{name}.pvd").read_text()))
+    assert ends[0] == ends[1]
+
+
+def test_phase_plane_of_a_scene_without_contacts_is_refused_by_name():
+    run = ss.simulate(ss.Scene([1.0], [[4.0]]), ss.State([1.0], [0.0], ""), 1.0)
+    with pytest.raises(ss.InputError, match="motion: a scene without contacts"):
+        ss.plot.phase_plane(run)
+
+
+def test_axes_are_saved_as_the_figure_in_which_they_stand():
+    axes = bouncing().plot()
+    files = [io.BytesIO(), io.BytesIO()]
+    ss.plot.save(axes, files[0], form="png")
+    ss.plot.save(axes.figure, files[1], form="png")
+    assert files[0].getvalue() == files[1].getvalue() != b""
