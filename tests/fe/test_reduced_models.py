@@ -397,7 +397,7 @@ def test_modes_of_a_structure_with_dofs_without_mass():
 
 
 def test_a_mode_that_grows_in_one_scene_alone_is_told():
-    """Damping between the growth rates of the two scenes makes one of them stable: it moves both nearly alike."""
+    """Damping between the growth rates of the two scenes makes one of them stable."""
     undamped = on_belt(5, 5, friction=0.6, damping=None)
     band = (100.0, 60e3)
     found = ss.fe.reduce(undamped, band, modes=3).errors

@@ -1,4 +1,4 @@
-"""A rigid pad that sticks on many points is dragged along, and slips when the sum of their friction limits is reached."""
+"""A rigid pad that sticks on many points slips when the sum of their friction limits is reached."""
 
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -57,7 +57,7 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
     import matplotlib
 
     if isinstance(figure, Axes):
-        figure = figure.get_figure(root=True)
+        return save(_figure_of(figure), path, dpi, form)
     readable_units(figure)
     panel_letters(figure)
     # What would tell when and by which version a file was made.
@@ -65,6 +65,14 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
     kind = Path(path).suffix[1:] if form is None and isinstance(path, str | Path) else form
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, format=kind or None, metadata=metadata.get(kind or ""))
+
+
+def _figure_of(axes: Axes) -> Figure:
+    """Return the whole figure in which axes stand, perhaps in a part of it."""
+    part: Any = axes
+    while not isinstance(part, Figure):
+        part = part.figure
+    return part
 
 
 def readable_units(figure: Figure) -> None:

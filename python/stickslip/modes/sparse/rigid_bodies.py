@@ -74,7 +74,8 @@ def rigid_bodies(pencil: SparsePencil) -> RigidBodies:
     rates, mix = scipy.linalg.eig(-np.linalg.solve(inertia, left.T @ (pencil.damping @ right)))
     if np.linalg.cond(mix) > _CONDITION:
         return nothing
-    x, v = right @ mix, left @ np.linalg.inv(inertia).T @ np.linalg.inv(mix).T
+    x: Complex = right @ mix
+    v: Complex = left @ np.linalg.inv(inertia).T @ np.linalg.inv(mix).T
     # Of v' M x = 1: what rounding of the entries adds to v' K x and v' C x.
     stiffness, damping = (
         (abs(v) * (abs(matrix) @ abs(x))).sum(axis=0) for matrix in (pencil.stiffness, pencil.damping)
