@@ -75,7 +75,7 @@ def rigid_bodies(pencil: SparsePencil) -> RigidBodies:
     if np.linalg.cond(mix) > _CONDITION:
         return nothing
     x: Complex = right @ mix
-    v: Complex = left @ np.linalg.inv(inertia).T @ np.linalg.inv(mix).T
+    v: Complex = (left @ np.linalg.inv(inertia).T @ np.linalg.inv(mix).T).astype(complex)
     # Of v' M x = 1: what rounding of the entries adds to v' K x and v' C x.
     stiffness, damping = (
         (abs(v) * (abs(matrix) @ abs(x))).sum(axis=0) for matrix in (pencil.stiffness, pencil.damping)
