@@ -14,15 +14,12 @@ problem, as under damping in proportion to the mass.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from stickslip.scene.checks import Complex, Real
-
-if TYPE_CHECKING:
-    from stickslip.modes.sparse.pencil import SparsePencil
 
 #: Vectors of the first start, and steps of the iteration.
 _VECTORS, _STEPS = 8, 6
@@ -61,10 +58,10 @@ class RigidBodies:
         return mask
 
 
-def rigid_bodies(pencil: SparsePencil) -> RigidBodies:
-    """Return what the null space of a stiffness tells of the eigenvalues of a pencil."""
+def rigid_bodies(pencil: Any) -> RigidBodies:
+    """Return what the null space of a stiffness tells of the eigenvalues of a `SparsePencil`."""
     right, left = (_null_space(pencil, side) for side in "NT")
-    none = np.zeros((pencil.size, 0), dtype=complex)
+    none = np.zeros((pencil.stiffness.shape[0], 0), dtype=complex)
     nothing = RigidBodies(np.zeros(0, dtype=complex), none, none, 0, 0.0)
     if right.shape[1] == 0 or right.shape != left.shape:
         return nothing
@@ -96,7 +93,7 @@ def rigid_bodies(pencil: SparsePencil) -> RigidBodies:
     )
 
 
-def _solve(pencil: SparsePencil, values: Complex, vectors: Complex, side: str) -> Any:
+def _solve(pencil: Any, values: Complex, vectors: Complex, side: str) -> Any:
     """Return which eigenvalues solve the problem with these vectors that the stiffness leaves at rest."""
     mass, damping = (m if side == "N" else m.T for m in (pencil.mass, pencil.damping))
     inertia, drag = values**2 * (mass @ vectors), values * (damping @ vectors)
@@ -104,9 +101,9 @@ def _solve(pencil: SparsePencil, values: Complex, vectors: Complex, side: str) -
     return np.linalg.norm(inertia + drag, axis=0) <= _SOLVED * size
 
 
-def _null_space(pencil: SparsePencil, side: str) -> Real:
+def _null_space(pencil: Any, side: str) -> Real:
     """Return an orthonormal basis of the null space of the stiffness, or of its transpose: side "T"."""
-    size = pencil.size
+    size = pencil.stiffness.shape[0]
     stiffness = pencil.stiffness if side == "N" else pencil.stiffness.T
     largest = float(np.abs(pencil.stiffness.diagonal()).max(initial=0.0)) or 1.0
     solve = pencil.static_solver(_SHIFT * largest, side)
