@@ -35,8 +35,8 @@ print(f"{scene.size} dofs, {len(scene.contacts)} contacts, {steady.combination} 
 # %% [markdown]
 # ## A reduced model
 #
-# It keeps the contacts, without mass of their own, and adds modes until the eigenvalues of the full model up to
-# 30 kHz are met. A boundary with lumped mass would take the growth from the mode at 24 kHz.
+# It keeps the contacts, without mass of their own, and adds modes until the eigenvalues of the full model up
+# to 30 kHz are met. A boundary with lumped mass would take the growth from the mode at 24 kHz.
 
 # %%
 reduced = ss.fe.reduce(
