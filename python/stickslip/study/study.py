@@ -291,9 +291,10 @@ class Study:
         InputError
             If an argument is ill-posed.
         StoreError
-            If the store holds another study, or another process writes to it.
+            If the store holds another study or cannot be made, or another process writes to it.
         StudyError
-            If the workers are lost; what is complete is in its `partial`.
+            If the workers are lost or the store cannot be written, as on a full disk; what is complete is in
+            its `partial`.
         StudyInterrupted
             On Ctrl-C, a ``KeyboardInterrupt``; what is complete is in its `partial`.
         """
@@ -312,7 +313,8 @@ class Study:
             except KeyboardInterrupt as error:
                 partial = results.dataset()
                 raise StudyInterrupted(self._so_far(partial), partial) from error
-            except runners.WorkersLostError as error:
+            # Errors of a model are results: an error of the system is one of the store.
+            except (runners.WorkersLostError, OSError) as error:
                 partial = results.dataset()
                 raise StudyError(f"{error}; {self._so_far(partial)}", partial) from error
             return results.dataset()
