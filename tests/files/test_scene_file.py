@@ -1,7 +1,9 @@
 """Scene files: exact round trips, and errors that name file, key and value."""
 
 import dataclasses
+import os
 import pickle
+import sys
 import tomllib
 from functools import partial
 
@@ -319,6 +321,55 @@ def test_errors_name_file_key_and_value(tmp_path, text, message):
     with pytest.raises(ss.InputError, match=message) as raised:
         ss.load_case(path)
     assert str(raised.value).startswith(str(path))
+
+
+SPARSE = "{ shape = [2, 2], row = [0, 1], column = [0, 1], value = [1e4, true] }"
+
+
+@pytest.mark.parametrize("matrix", ["[[true, 0.0], [0.0, 1e4]]", SPARSE])
+def test_a_truth_value_is_no_stiffness(tmp_path, matrix):
+    path = tmp_path / "brake.toml"
+    path.write_text(SCENE.replace("[[1e4, 0.0], [0.0, 1e4]]", matrix))
+    with pytest.raises(
+        ss.InputError, match=r"stiffness: .*expected real numbers, got a truth value in \[.*True"
+    ):
+        ss.load_scene(path)
+
+
+def test_a_file_that_begins_with_the_mark_of_its_byte_order(tmp_path):
+    path = tmp_path / "brake.toml"
+    path.write_text(SCENE.replace("\n", "\r\n"), encoding="utf-8-sig", newline="")
+    assert path.read_bytes().startswith(b"\xef\xbb\xbf[scene]\r\n")
+    assert ss.load_scene(path).stiffness.tolist() == [[1e4, 0.0], [0.0, 1e4]]
+
+
+@pytest.mark.parametrize("value", ["[" * 20_000 + "]" * 20_000, "1" * 5000], ids=["deep", "long"])
+def test_toml_that_python_cannot_read(tmp_path, value):
+    path = tmp_path / "brake.toml"
+    path.write_text(f"{SCENE}[start]\nposition = {value}\n")
+    with pytest.raises(ss.InputError, match=r"brake\.toml: no valid TOML: "):
+        ss.load_scene(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes with a name")
+@pytest.mark.parametrize(
+    ("name", "reader"),
+    [
+        ("brake.toml", ss.load_case),
+        ("a.nc", ss.read_dataset),
+        ("a.json", ss.read_dataset),
+        ("a.npz", read_matrix),
+        ("a.sti", lambda path: ss.fe.read(path, mass=path)),
+        ("a.npz", ss.fe.read),
+    ],
+)
+def test_only_regular_files_are_read(tmp_path, name, reader):
+    """Opening a pipe waits for a writer that never comes."""
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(
+        ss.InputError, match=f"{name}: (expected a regular|no such) file|no such file: .*{name}"
+    ):
+        reader(tmp_path / name)
 
 
 def test_a_missing_or_binary_file(tmp_path):

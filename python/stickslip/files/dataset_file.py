@@ -97,6 +97,8 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         raise InputError(f"{file.name}: expected a file {', '.join(SUFFIXES)}")
     if not file.exists():
         raise InputError(f"no such file: {file}")
+    if not (file.is_file() or file.is_dir()):
+        raise InputError(f"{file}: expected a regular file")
     if file.suffix == ".zarr":
         package("zarr", file.name)
     # A broken file makes its reader fail in any way.

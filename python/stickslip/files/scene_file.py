@@ -24,6 +24,7 @@ from stickslip.faults import InputError
 from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
+from stickslip.scene.checks import real_array
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
@@ -51,12 +52,14 @@ def read_tables(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is no such file or it is no TOML; the message has the line.
+        If there is no such file, it is none (a pipe) or no TOML; the message has the line.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: expected a regular file")
     try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        # Some editors begin a file with the mark of its byte order.
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: no valid TOML: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
@@ -193,7 +196,7 @@ def _matrix(path: Path, key: str, value: Any) -> Any:
         parts = ("shape", "row", "column", "value")
         known(place, value, parts, parts)
         try:
-            entries = np.asarray(value["value"], dtype=float)
+            entries = real_array(f"{place}: value", value["value"], 1)
             indices = [np.asarray(value[part], dtype=np.int64) for part in ("row", "column")]
             return scipy.sparse.csr_array((entries, indices), shape=tuple(value["shape"]))
         except (ValueError, TypeError, OverflowError) as error:

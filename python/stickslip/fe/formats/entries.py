@@ -23,8 +23,11 @@ def read_lines(path: Path) -> list[str]:
     Raises
     ------
     InputError
-        If there is no such file, it is no text, or it ends in the middle of a line: it was cut off.
+        If there is no such file, it is none (a pipe) or no text, or it ends in the middle of a line: it
+        was cut off.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: expected a regular file")
     try:
         text = path.read_bytes().decode("ascii")
     except UnicodeDecodeError as error:
