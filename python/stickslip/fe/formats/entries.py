@@ -192,6 +192,24 @@ def coordinates(path: Path, lines: Sequence[str], first: int) -> Entries:
     return Entries(path, rows - 1, columns - 1, found[:, 2], numbers)
 
 
+def check_triangles(place: str, matrix: scipy.sparse.csr_array) -> None:
+    """Refuse a matrix all of whose coupling is in one triangle: the other one was not written.
+
+    Raises
+    ------
+    InputError
+        Beginning with `place`.
+    """
+    entries = matrix.tocoo()
+    sides = np.sign(entries.coords[1] - entries.coords[0])[entries.data != 0.0]
+    if (sides != 0).any() and not ((sides > 0).any() and (sides < 0).any()):
+        triangle = "upper" if sides.max() > 0 else "lower"
+        raise InputError(
+            f"{place} is one triangle: it has entries in the {triangle} one alone, in a file of all entries; "
+            "write the other triangle too, as A + A.T without the second diagonal"
+        )
+
+
 def symmetric_parts(
     name: str, matrix: scipy.sparse.csr_array
 ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array | None, str | None]:
