@@ -154,9 +154,14 @@ class Study:
         if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
             raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
         width = len(self.parameters.names)
-        return self.parameters.values(
-            unit_design(self.sampler, self.samples, width, self.seed, self.sampler_options)
-        )
+        try:
+            return self.parameters.values(
+                unit_design(self.sampler, self.samples, width, self.seed, self.sampler_options)
+            )
+        except MemoryError:
+            raise InputError(
+                f"samples: memory does not hold the design of {self.samples} samples of {width} parameters"
+            ) from None
 
     def _points(self, given: Any, samples: int | None) -> Real:
         points = real_array("sampler", given, 2)
