@@ -282,6 +282,8 @@ def test_cycle(brake, tmp_path):
         (["modes", "none.toml"], "does not exist"),
         (["modes", "SCENE", "--set", "frcition=1"], "nearest: friction"),
         (["modes", "SCENE", "--set", "friction"], "expected NAME=VALUE"),
+        (["modes", "SCENE", "--set", "friction=" + "[" * 20_000], "expected NAME=VALUE"),
+        (["modes", "SCENE", "--set", "friction=" + "1" * 5000], "expected NAME=VALUE"),
         (["modes", "SCENE", "--set", "friction=-1"], "friction: must be >= 0, got -1"),
         (["modes", "SCENE", "-c", "+x"], "+x"),
         (["modes", "SCENE", "-o", "modes.xls"], "expected a file .nc, .json, .csv"),

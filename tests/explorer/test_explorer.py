@@ -227,6 +227,8 @@ HOSTILE = [
     b"[" * 100_000,
     b'{"values": {"friction_0": NaN}}',
     b'{"values": {"friction_0": 1e999}}',
+    {"values": {"friction_0": 10**400}, "dof": 0, "patience": 1, "start": {"kind": "file"}},
+    b'{"values": {"friction_0": ' + b"1" * 5000 + b"}}",
     {"values": []},
     {"values": {"friction_0": "1.5"}},
     {"values": {"friction_0": True}},

@@ -1,8 +1,11 @@
 """Scene files: exact round trips, and errors that name file, key and value."""
 
 import dataclasses
+import os
 import pickle
+import sys
 import tomllib
+import zipfile
 from functools import partial
 
 import numpy as np
@@ -321,6 +324,55 @@ def test_errors_name_file_key_and_value(tmp_path, text, message):
     assert str(raised.value).startswith(str(path))
 
 
+SPARSE = "{ shape = [2, 2], row = [0, 1], column = [0, 1], value = [1e4, true] }"
+
+
+@pytest.mark.parametrize("matrix", ["[[true, 0.0], [0.0, 1e4]]", SPARSE])
+def test_a_truth_value_is_no_stiffness(tmp_path, matrix):
+    path = tmp_path / "brake.toml"
+    path.write_text(SCENE.replace("[[1e4, 0.0], [0.0, 1e4]]", matrix))
+    with pytest.raises(
+        ss.InputError, match=r"stiffness: .*expected real numbers, got a truth value in \[.*True"
+    ):
+        ss.load_scene(path)
+
+
+def test_a_file_that_begins_with_the_mark_of_its_byte_order(tmp_path):
+    path = tmp_path / "brake.toml"
+    path.write_text(SCENE.replace("\n", "\r\n"), encoding="utf-8-sig", newline="")
+    assert path.read_bytes().startswith(b"\xef\xbb\xbf[scene]\r\n")
+    assert ss.load_scene(path).stiffness.tolist() == [[1e4, 0.0], [0.0, 1e4]]
+
+
+@pytest.mark.parametrize("value", ["[" * 20_000 + "]" * 20_000, "1" * 5000], ids=["deep", "long"])
+def test_toml_that_python_cannot_read(tmp_path, value):
+    path = tmp_path / "brake.toml"
+    path.write_text(f"{SCENE}[start]\nposition = {value}\n")
+    with pytest.raises(ss.InputError, match=r"brake\.toml: no valid TOML: "):
+        ss.load_scene(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes with a name")
+@pytest.mark.parametrize(
+    ("name", "reader"),
+    [
+        ("brake.toml", ss.load_case),
+        ("a.nc", ss.read_dataset),
+        ("a.json", ss.read_dataset),
+        ("a.npz", read_matrix),
+        ("a.sti", lambda path: ss.fe.read(path, mass=path)),
+        ("a.npz", ss.fe.read),
+    ],
+)
+def test_only_regular_files_are_read(tmp_path, name, reader):
+    """Opening a pipe waits for a writer that never comes."""
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(
+        ss.InputError, match=f"{name}: (expected a regular|no such) file|no such file: .*{name}"
+    ):
+        reader(tmp_path / name)
+
+
 def test_a_missing_or_binary_file(tmp_path):
     with pytest.raises(ss.InputError, match=r"none\.toml: No such file"):
         ss.load_scene(tmp_path / "none.toml")
@@ -361,6 +413,113 @@ def test_hostile_matrix_files(tmp_path):
     (tmp_path / "a.mtx").touch()
     with pytest.raises(ss.InputError, match="a Matrix Market file has no names"):
         read_matrix(tmp_path / "a.mtx", "K")
+
+
+def sparse_text(size):
+    return f"{{ shape = [{size}, {size}], row = [], column = [], value = [] }}"
+
+
+def bomb(path, **arrays):
+    """Write an archive whose arrays are headers alone: nothing of them can be read."""
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, (shape, kind) in arrays.items():
+            with archive.open(f"{name}.npy", "w") as file:
+                header = {"descr": kind, "fortran_order": False, "shape": shape}
+                np.lib.format.write_array_header_1_0(file, header)
+
+
+HUGE = 400_000_000
+
+
+@pytest.mark.parametrize("named", [True, False], ids=["dofs", "no names"])
+@pytest.mark.parametrize(
+    "matrix",
+    [sparse_text(HUGE), '{ file = "huge.mtx" }', '{ file = "huge.npz" }', '{ file = "sparse.npz" }'],
+    ids=["toml", "mtx", "npz", "sparse"],
+)
+@pytest.mark.parametrize("rows", [True, False], ids=["rows beside", "alone"])
+def test_sizes_are_compared_before_anything_is_made(tmp_path, monkeypatch, named, matrix, rows):
+    """100 bytes of text took 33 s and 6.2 GB, a file of 70 bytes 17 s and 4.6 GB."""
+    (tmp_path / "huge.mtx").write_text(
+        f"%%MatrixMarket matrix coordinate real general\n{HUGE} {HUGE} 1\n1 1 1.0\n"
+    )
+    bomb(tmp_path / "huge.npz", mass=((HUGE, 4), "<f8"), stiffness=((HUGE, HUGE), "<f8"))
+    (tmp_path / "sparse.npz").write_bytes(b"")
+    scipy.sparse.save_npz(tmp_path / "small.npz", scipy.sparse.csr_array(np.eye(2)))
+    with (
+        zipfile.ZipFile(tmp_path / "small.npz") as small,
+        zipfile.ZipFile(tmp_path / "sparse.npz", "w") as out,
+    ):
+        for name in small.namelist():
+            with small.open(name) as file:
+                content = file.read()
+            if name == "shape.npy":
+                content = content[:-16] + np.array([HUGE, HUGE]).tobytes()
+            out.writestr(name, content)
+    text = SCENE.replace("[[1e4, 0.0], [0.0, 1e4]]", matrix)
+    if named:
+        text = text.replace("mass =", 'dofs = ["x1", "x2"]\nmass =')
+    if not rows:
+        text = text.replace("mass = [1.0, 1.0]", f"mass = {sparse_text(HUGE)}")
+    path = tmp_path / "brake.toml"
+    path.write_text(text)
+    for module, name in ((scipy.io, "mmread"), (scipy.sparse, "load_npz"), (scipy.sparse, "csr_array")):
+        monkeypatch.setattr(module, name, lambda *_, **__: pytest.fail("an array has been made"))
+    monkeypatch.setattr(np.lib.format, "read_array", only_small(np.lib.format.read_array))
+    message = (
+        r"\[scene\]: .*(expected \d+ rows, one per dof, got shape|\d+ rows, but \d+ entries in all matrices)"
+    )
+    with pytest.raises(ss.InputError, match=message):
+        ss.load_scene(path)
+
+
+def only_small(read):
+    def checked(file, *arguments, **options):
+        array = read(file, *arguments, **options)
+        assert array.size <= 2
+        return array
+
+    return checked
+
+
+def test_only_the_array_that_is_asked_for_is_unpacked(tmp_path):
+    """1.9 MB of which one number was asked for took 18 s and 2.0 GB."""
+    np.savez(tmp_path / "a.npz", K=np.eye(2))
+    bomb(tmp_path / "bomb.npz", M=((HUGE, HUGE), "<f8"))
+    with zipfile.ZipFile(tmp_path / "a.npz", "a") as archive:
+        archive.writestr("M.npy", zipfile.ZipFile(tmp_path / "bomb.npz").read("M.npy"))
+    assert read_matrix(tmp_path / "a.npz", "K").tolist() == [[1.0, 0.0], [0.0, 1.0]]
+    scipy.io.savemat(tmp_path / "a.mat", {"K": np.eye(2), "words": ["a"]})
+    assert read_matrix(tmp_path / "a.mat", "K").tolist() == [[1.0, 0.0], [0.0, 1.0]]
+
+
+def test_more_entries_than_there_can_be_are_refused(tmp_path):
+    bomb(
+        tmp_path / "a.npz",
+        data=((HUGE,), "<f8"),
+        indices=((HUGE,), "<i4"),
+        indptr=((3,), "<i4"),
+        format=((), "|S3"),
+    )
+    with zipfile.ZipFile(tmp_path / "a.npz", "a") as archive, archive.open("shape.npy", "w") as file:
+        np.lib.format.write_array(file, np.array([2, 2]))
+    with pytest.raises(ss.InputError, match=rf"a\.npz: holds {HUGE} entries of a matrix 2 x 2"):
+        read_matrix(tmp_path / "a.npz")
+    path = tmp_path / "a.mtx"
+    path.write_text(f"%%MatrixMarket matrix coordinate real general\n2 2 {HUGE}\n1 1 1.0\n")
+    with pytest.raises(
+        ss.InputError, match=rf"a\.mtx: {HUGE} entries announced, more than the file has bytes"
+    ):
+        read_matrix(path)
+
+
+@pytest.mark.parametrize("places", ["[0, 0.5]", "[0, true]"])
+def test_rows_of_entries_are_whole_numbers(tmp_path, places):
+    path = tmp_path / "brake.toml"
+    matrix = SPARSE.replace("true", "1e4").replace("[0, 1]", places, 1)
+    path.write_text(SCENE.replace("[[1e4, 0.0], [0.0, 1e4]]", matrix))
+    with pytest.raises(ss.InputError, match=r"stiffness: .*row: expected"):
+        ss.load_scene(path)
 
 
 def test_a_model_that_a_file_cannot_name(tmp_path):

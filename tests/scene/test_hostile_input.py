@@ -38,6 +38,8 @@ SCENES = [
     ),
     ({"mass": 1.0}, "mass: expected a 1-dimensional or 2-dimensional array"),
     ({"mass": np.ones((2, 2, 2))}, r"mass: .* got shape \(2, 2, 2\)"),
+    ({"mass": [1.0, True]}, r"mass: expected real numbers, got a truth value in \[1.0, True\]"),
+    ({"stiffness": ([1.0, 0.0], [np.False_, 1.0])}, "stiffness: expected real numbers, got a truth value"),
     ({"mass": [1.0, 1j]}, "mass: expected real numbers, got .*complex"),
     ({"mass": ["a", "b"]}, "mass: expected real numbers, got .*'a'"),
     ({"mass": [1.0, None]}, "mass: expected real numbers, got .*None"),

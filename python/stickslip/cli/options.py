@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 import stickslip as ss
+from stickslip.scene.checks import described
 from stickslip.show.summary import cell
 
 if TYPE_CHECKING:
@@ -128,8 +129,8 @@ def parameter(text: str, expected: str = "NAME=VALUE with a number or [numbers]"
     name, _, value = text.partition("=")
     try:
         return name.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        raise click.BadParameter(f"expected {expected}, got {text!r}") from None
+    except (ValueError, RecursionError):
+        raise click.BadParameter(f"expected {expected}, got {described(text)}") from None
 
 
 class Number(click.IntRange):

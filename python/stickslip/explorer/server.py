@@ -115,12 +115,12 @@ class Handler(BaseHTTPRequestHandler):
 
     def _compute(self, what: Callable[[Wanted], Any], body: bytes) -> None:
         try:
-            message = json.loads(body, parse_constant=_refused)
+            message = _parsed(body)
             with self.server.computing:
                 answer = what(Wanted(self.server.explored, message))
         except StickslipError as error:
             answer = {"error": str(error)}
-        except (MalformedError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        except MalformedError as error:
             self._answer({"error": f"malformed message: {error}"}, HTTPStatus.BAD_REQUEST)
             return
         if isinstance(answer, tuple):
@@ -155,6 +155,14 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Keep quiet: the page tells its user what matters."""
+
+
+def _parsed(body: bytes) -> Any:
+    try:
+        return json.loads(body, parse_constant=_refused)
+    # Python reads no integer of more than some thousand digits.
+    except (ValueError, RecursionError) as error:
+        raise MalformedError(str(error)) from None
 
 
 def _refused(constant: str) -> float:

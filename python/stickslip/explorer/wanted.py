@@ -238,6 +238,10 @@ class Wanted:
 
 def finite(place: str, value: Any) -> float:
     """Return a finite number."""
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
-        raise MalformedError(f"{place}: expected a finite number")
-    return float(value)
+    try:
+        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+            return float(value)
+    except OverflowError:
+        # An integer beyond the largest float is not finite either.
+        pass
+    raise MalformedError(f"{place}: expected a finite number")

@@ -54,6 +54,9 @@ class Body(Shown):
     name
         Name with which the names of the dofs begin in a scene ("pad.12.1"); dofs of different bodies must
         have different names. None: the names of the dofs stay as they are.
+    dependent
+        Displacements "node.direction" that are no dofs because they depend on others (a tie, a rigid body).
+        Others that are missing among `dofs` are held. Contacts and loads there are refused.
 
     Attributes
     ----------
@@ -82,6 +85,7 @@ class Body(Shown):
         surfaces: Mapping[str, ArrayLike] | None = None,
         name: str | None = None,
         notes: Sequence[str] = (),
+        dependent: Sequence[str] = (),
     ) -> None:
         if name is not None and not (isinstance(name, str) and name.strip()):
             raise InputError(f"name: expected a text that is not empty, or None, got {name!r}")
@@ -109,6 +113,7 @@ class Body(Shown):
         if len(self.place) != size:
             twice = next(dof for k, dof in enumerate(self.dofs) if self.place[_split(dof)] != k)
             raise InputError(f"dofs: {twice!r} names more than one dof")
+        self.dependent = frozenset(map(_split, dependent))
         self._known = {int(node): k for k, node in enumerate(self.nodes)}
         if self.points is not None:
             for dof in self.dofs:
@@ -127,10 +132,23 @@ class Body(Shown):
         """Number of dofs, n."""
         return len(self.dofs)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the dofs in a scene: with the name of the body, if it has one."""
         return self.dofs if self.name is None else tuple(f"{self.name}.{dof}" for dof in self.dofs)
+
+    def dof_name(self, place: str, node: int, direction: int) -> str | None:
+        """Return the name in a scene of a displacement of a node; None: it is held.
+
+        Raises
+        ------
+        InputError
+            If it depends on others; the message begins with `place`.
+        """
+        if (node, direction) in self.dependent:
+            raise InputError(f"{place}: displacement {node}.{direction} is no dof, it depends on others")
+        k = self.place.get((node, direction))
+        return None if k is None else self.names[k]
 
     def node_places(self, argument: str, nodes: Any, *ranks: int) -> NDArray[np.int64]:
         """Return the places of nodes among the points, for an array of node numbers.
@@ -188,7 +206,7 @@ class Body(Shown):
             if dofs.body is not self:
                 raise InputError(f"dofs: surface {dofs.name!r} is one of another body")
             asked = [(int(node), k) for node in dofs.numbers for k in directions]
-            gone = [self.place[key] for key in asked if key in self.place]
+            gone = [self.place[key] for key in asked if self.dof_name("dofs", *key) is not None]
         else:
             table = {name: k for names in (self.dofs, self.names) for k, name in enumerate(names)}
             listed = list(dofs)
@@ -235,7 +253,8 @@ class Body(Shown):
         """Return the body with other attributes."""
         body = object.__new__(Body)
         body.__dict__.update(self.__dict__ | changes)
-        body.__dict__.pop("mesh", None)
+        for derived in ("mesh", "names"):
+            body.__dict__.pop(derived, None)
         return body
 
     @cached_property

@@ -360,8 +360,9 @@ def _entries(
     entries: dict[str, float] = {}
     for body, number, weight in parts:
         for k, component in enumerate(direction):
-            place = body.place.get((number, k + 1))
-            if place is not None and abs(component) > ROUNDING:
-                name = body.names[place]
+            if abs(component) <= ROUNDING:
+                continue
+            name = body.dof_name(f"first: pair of node {node}", number, k + 1)
+            if name is not None:
                 entries[name] = entries.get(name, 0.0) + float(weight * component)
     return entries

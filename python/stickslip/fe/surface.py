@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, real_array, real_number
@@ -16,19 +17,19 @@ from stickslip.scene.checks import Real, real_array, real_number
 #: Corners of a quadrilateral, and Gauss points that integrate its bilinear shape functions exactly.
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 GAUSS = CORNERS / np.sqrt(3.0)
+#: Part of an edge within which a node counts as lying in its middle.
+MIDDLE = 1e-3
 
 
 class Meshed(Protocol):
-    """What a surface asks of its body: places of dofs by (node, direction), and the mesh."""
+    """What a surface asks of its body: names of dofs, and the mesh."""
 
     nodes: NDArray[np.int64]
     points: Real | None
     cells: dict[str, NDArray[np.int64]]
-    place: dict[tuple[int, int], int]
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the dofs in a scene."""
+    def dof_name(self, place: str, node: int, direction: int) -> str | None:
+        """Return the name in a scene of a displacement of a node; None: it is held."""
 
 
 class Surface:
@@ -74,9 +75,10 @@ class Surface:
             raise InputError(
                 f"surface {self.name!r}: the facet of nodes {self.body.nodes[nodes[k]]} has no area"
             )
-        if not self.body.cells:
-            return facets
         assert self.body.points is not None
+        if not self.body.cells:
+            self._check_edges(nodes)
+            return facets
         owners: dict[int, list[tuple[str, int]]] = {}
         for kind, cells in self.body.cells.items():
             wanted = np.isin(cells, nodes)
@@ -92,10 +94,31 @@ class Surface:
                     f"{len(cells_there)} cells, expected one"
                 )
             kind, cell = cells_there[0]
+            if kind[-1].isdigit():
+                self._refuse_quadratic(corners, f"they bound a cell {kind}")
             inside = self.body.points[self.body.cells[kind][cell]].mean(axis=0)
             if normals[k] @ (self.points[facets[k]].mean(axis=0) - inside) < 0.0:
                 turned[k] = facets[k, ::-1]
         return turned
+
+    def _check_edges(self, nodes: NDArray[np.int64]) -> None:
+        """Refuse facets with a node of the body in the middle of an edge."""
+        assert self.body.points is not None
+        starts, ends = nodes.ravel(), np.roll(nodes, -1, axis=1).ravel()
+        middles = 0.5 * (self.body.points[starts] + self.body.points[ends])
+        distance, nearest = cKDTree(self.body.points).query(middles)
+        length = np.linalg.norm(self.body.points[ends] - self.body.points[starts], axis=1)
+        between = np.flatnonzero(distance < MIDDLE * length)
+        if between.size:
+            k = between[0]
+            middle = f"node {self.body.nodes[nearest[k]]} lies in the middle of an edge"
+            self._refuse_quadratic(nodes[k // nodes.shape[1]], middle)
+
+    def _refuse_quadratic(self, corners: NDArray[np.int64], why: str) -> None:
+        raise InputError(
+            f"surface {self.name!r}: the facet of nodes {self.body.nodes[corners]} has corners only, but "
+            f"{why}; facets of quadratic elements are not known here"
+        )
 
     @cached_property
     def areas(self) -> Real:
@@ -155,13 +178,12 @@ class Surface:
         return number
 
     def _loaded(self, argument: str, forces: Real) -> dict[str, float]:
-        names = self.body.names
         # A held dof takes no force: its support does.
         return {
-            names[self.body.place[key]]: float(force)
+            name: float(force)
             for node, row in zip(self.numbers, forces, strict=True)
             for k, force in enumerate(row)
-            if (key := (int(node), k + 1)) in self.body.place and force
+            if force and (name := self.body.dof_name(argument, int(node), k + 1)) is not None
         }
 
     def __len__(self) -> int:

@@ -6,8 +6,12 @@ file is executed: pickled objects are refused.
 
 from __future__ import annotations
 
+import math
+import zipfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.io
@@ -22,8 +26,20 @@ FORMATS = ("npz", "mat", "mtx")
 DIGITS = 17
 
 
+class Header(NamedTuple):
+    """What a file says of one of its arrays before that is read: shape, and at most how many entries."""
+
+    shape: tuple[int, ...]
+    entries: float
+
+
+def matrix_header(path: Path, name: str | None = None, default: str | None = None) -> Header:
+    """Return what a file says of an array, without reading it; arguments and errors as in `read_matrix`."""
+    return _chosen(path, name, default)[1]
+
+
 def read_matrix(path: Path, name: str | None = None, default: str | None = None) -> Any:
-    """Return an array of a file: dense, or `scipy.sparse.csr_array`.
+    """Return an array of a file: dense, or `scipy.sparse.csr_array`; its other arrays are not read.
 
     Parameters
     ----------
@@ -38,31 +54,49 @@ def read_matrix(path: Path, name: str | None = None, default: str | None = None)
     ------
     InputError
         If there is no such file, it is damaged or not of its kind, it holds no array of that name, or an
-        array that is not of numbers.
+        array that is not of numbers or has more entries than its shape or the file can hold.
     """
+    chosen, _ = _chosen(path, name, default)
+    with _readable(path):
+        if _kind(path) == "mtx":
+            return _plain(path, chosen, scipy.io.mmread(path))
+        if _kind(path) == "mat":
+            return _plain(path, chosen, scipy.io.loadmat(path, variable_names=[chosen])[chosen])
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            if _is_sparse(archive.files):
+                return _plain(path, chosen, scipy.sparse.load_npz(path))
+            return _plain(path, chosen, archive[chosen])
+
+
+def _chosen(path: Path, name: str | None, default: str | None) -> tuple[str, Header]:
+    """Return name and header of the array that is asked for."""
     kind = _kind(path)
     if not path.is_file():
         raise InputError(f"no such file: {path}")
     if kind == "mtx" and name is not None:
         raise InputError(f"{path.name}: a Matrix Market file has no names, got name {name!r}")
+    with _readable(path):
+        headers = {"npz": _npz_headers, "mat": _mat_headers, "mtx": _mtx_headers}[kind](path)
+    chosen = name
+    if chosen is None:
+        chosen = default if default in headers else next(iter(headers)) if len(headers) == 1 else None
+    if chosen is None:
+        raise InputError(f"{path.name}: holds {', '.join(headers) or 'nothing'}; say which by name = ...")
+    if chosen not in headers:
+        raise InputError(f"{path.name}: holds no {chosen!r}{nearest(chosen, list(headers))}")
+    return chosen, headers[chosen]
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
     try:
-        if kind == "mtx":
-            return _plain(path, path.stem, scipy.io.mmread(path))
-        arrays = _npz(path) if kind == "npz" else _mat(path)
+        yield
     except NotImplementedError:
         raise InputError(f"{path.name}: MATLAB version 7.3; save it with '-v7'") from None
     except InputError:
         raise
     except Exception as error:  # A damaged file makes the readers raise anything.
-        raise InputError(f"{path.name}: not readable as .{kind}: {error}") from None
-    chosen = name
-    if chosen is None:
-        chosen = default if default in arrays else next(iter(arrays)) if len(arrays) == 1 else None
-    if chosen is None:
-        raise InputError(f"{path.name}: holds {', '.join(arrays) or 'nothing'}; say which by name = ...")
-    if chosen not in arrays:
-        raise InputError(f"{path.name}: holds no {chosen!r}{nearest(chosen, list(arrays))}")
-    return _plain(path, chosen, arrays[chosen])
+        raise InputError(f"{path.name}: not readable as .{_kind(path)}: {error}") from None
 
 
 def write_matrix(path: Path, name: str, array: Any) -> None:
@@ -95,18 +129,50 @@ def _kind(path: Path) -> str:
     return kind
 
 
-def _npz(path: Path) -> dict[str, Any]:
+def _is_sparse(names: Iterable[str]) -> bool:
+    """Return whether these are the names that `scipy.sparse.save_npz` gives to parts of a matrix."""
+    return {"format", "shape"} <= set(names)
+
+
+def _npz_headers(path: Path) -> dict[str, Header]:
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise InputError(f"{path.name}: a single array, not an archive of arrays")
-        if {"format", "shape"} <= set(archive.files):
-            return {path.stem: scipy.sparse.load_npz(path)}
-        return {name: archive[name] for name in archive.files}
+        zipped: Any = archive.zip
+        headers = {name: _npy_header(zipped, name) for name in archive.files}
+        if not _is_sparse(headers):
+            return headers
+        if headers["shape"].shape != (2,):
+            raise InputError(f"{path.name}: expected a matrix, got one of shape {headers['shape'].shape}")
+        rows, columns = (int(length) for length in archive["shape"])
+        largest = max(math.prod(header.shape) for header in headers.values())
+        # Stored by diagonals, a full matrix has twice its entries.
+        if largest > 2 * rows * columns + max(rows, columns) + 1:
+            raise InputError(f"{path.name}: holds {largest} entries of a matrix {rows} x {columns}")
+        return {path.stem: Header((rows, columns), largest)}
 
 
-def _mat(path: Path) -> dict[str, Any]:
-    found = scipy.io.loadmat(path)
-    return {name: value for name, value in found.items() if not name.startswith("__")}
+def _npy_header(archive: zipfile.ZipFile, name: str) -> Header:
+    info = archive.getinfo(name if name in archive.namelist() else f"{name}.npy")
+    with archive.open(info) as file:
+        version = np.lib.format.read_magic(file)
+        read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+        shape, _, kind = read[version](file)
+    return Header(shape, min(math.prod(shape), info.file_size // max(1, kind.itemsize)))
+
+
+def _mat_headers(path: Path) -> dict[str, Header]:
+    return {
+        name: Header(shape, math.inf if kind == "sparse" else math.prod(shape))
+        for name, shape, kind in scipy.io.whosmat(path)
+    }
+
+
+def _mtx_headers(path: Path) -> dict[str, Header]:
+    rows, columns, entries, *_ = scipy.io.mminfo(path)
+    if entries > path.stat().st_size:
+        raise InputError(f"{path.name}: {entries} entries announced, more than the file has bytes")
+    return {path.stem: Header((rows, columns), entries)}
 
 
 def _plain(path: Path, name: str, array: Any) -> Any:

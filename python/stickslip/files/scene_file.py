@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 import operator
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,11 +20,13 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.files.matrix_file import read_matrix, write_matrix
+from stickslip.files.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
+from stickslip.scene.checks import described, real_array
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
@@ -51,12 +54,14 @@ def read_tables(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is no such file or it is no TOML; the message has the line.
+        If there is no such file, it is none (a pipe) or no TOML; the message has the line.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: expected a regular file")
     try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        # Some editors begin a file with the mark of its byte order.
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: no valid TOML: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
@@ -107,6 +112,7 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
         # A stop has no tangential direction and no friction.
         needs = ("normal",) if "tangential" not in contact else ("tangential", "friction")
         known(f"{path}: contact {i}", contact, CONTACT_KEYS, needs)
+    _check_sizes(path, table)
     arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
     loads = table.get("load", [])
     if not isinstance(loads, list):
@@ -119,6 +125,35 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
             impact_friction=table.get("impact_friction", False),
             loads=[_load(path, i, load) for i, load in enumerate(loads)],
         )
+
+
+def _check_sizes(path: Path, table: Mapping[str, Any]) -> None:
+    """Refuse matrices of other sizes than the dofs, by what they say of themselves, before any is made."""
+    given = {key: header for key in MATRICES if (header := _header(path, key, table.get(key)))}
+    listed = [len(table[key]) for key in ("dofs", *MATRICES) if isinstance(table.get(key), list)]
+    sizes = listed or [max(header.shape, default=1) for header in given.values()]
+    for key, header in given.items():
+        size = sizes[0]
+        if max(header.shape, default=1) != size or math.prod(header.shape) not in (size, size**2):
+            place = f"{path}: [scene]: {key}"
+            raise InputError(f"{place}: expected {size} rows, one per dof, got shape {header.shape}")
+    # An entry is in one row and one column, and every dof has one in some matrix.
+    entries = sum(header.entries for header in given.values())
+    if not listed and sizes and 2 * entries < sizes[0]:
+        raise InputError(f"{path}: [scene]: {sizes[0]} rows, but {entries} entries in all matrices")
+
+
+def _header(path: Path, key: str, value: Any) -> Header | None:
+    """Return what a matrix of entries or of a file says of itself; None: there is none, or no such table."""
+    if not isinstance(value, dict):
+        return None
+    if isinstance(value.get("file"), str):
+        with located(f"{path}: [scene]: {key}"):
+            return matrix_header(path.parent / value["file"], value.get("name"), key)
+    shape, entries = value.get("shape"), value.get("value")
+    if isinstance(entries, list) and isinstance(shape, list) and all(type(one) is int for one in shape):
+        return Header(tuple(shape), len(entries))
+    return None
 
 
 def _contact(path: Path, place: int, table: dict[str, Any]) -> Contact:
@@ -193,8 +228,8 @@ def _matrix(path: Path, key: str, value: Any) -> Any:
         parts = ("shape", "row", "column", "value")
         known(place, value, parts, parts)
         try:
-            entries = np.asarray(value["value"], dtype=float)
-            indices = [np.asarray(value[part], dtype=np.int64) for part in ("row", "column")]
+            entries = real_array(f"{place}: value", value["value"], 1)
+            indices = [_places(f"{place}: {part}", value[part]) for part in ("row", "column")]
             return scipy.sparse.csr_array((entries, indices), shape=tuple(value["shape"]))
         except (ValueError, TypeError, OverflowError) as error:
             raise InputError(f"{place}: no sparse matrix: {error}") from None
@@ -202,6 +237,14 @@ def _matrix(path: Path, key: str, value: Any) -> Any:
         raise InputError(f"{place}: expected rows of numbers or a table with file or shape, got {value!r}")
     known(place, value, ("mass", "stiffness", "file", "shape"))
     return Proportional(**value)
+
+
+def _places(place: str, given: Any) -> NDArray[np.int64]:
+    """Return rows or columns of entries."""
+    found = real_array(place, given, 1)
+    if (found != np.round(found)).any():
+        raise InputError(f"{place}: expected whole numbers, got {described(given)}")
+    return found.astype(np.int64)
 
 
 def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:

@@ -54,6 +54,8 @@ def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
     if given.dtype.kind == "O" and given.size and all(_is_real(one) for one in given.flat):
         # Such as fractions, and integers beyond 64 bits.
         given = np.array([real_number(argument, one) for one in given.flat]).reshape(given.shape)
+    if given.dtype.kind in "iuf" and _has_truth_value(value):
+        raise InputError(f"{argument}: expected real numbers, got a truth value in {described(value)}")
     if given.dtype.kind not in "iuf":
         raise InputError(f"{argument}: expected real numbers, got {_described_array(given)}")
     if given.ndim not in ranks:
@@ -178,6 +180,18 @@ def by_label(value: Any) -> Any:
 def _is_real(value: Any) -> bool:
     # The abstract class takes ten times as long to ask as the type does.
     return type(value) is float or (isinstance(value, numbers.Real) and not isinstance(value, bool))
+
+
+def _has_truth_value(value: Any) -> bool:
+    """Return whether there is a truth value in rows of numbers, where numpy makes a number of it."""
+    if not isinstance(value, list | tuple):
+        return False
+    kinds = set(map(type, value))
+    return (
+        bool in kinds
+        or np.bool_ in kinds
+        or (bool(kinds & {list, tuple}) and any(map(_has_truth_value, value)))
+    )
 
 
 def _described_array(given: np.ndarray[Any, Any]) -> str:

@@ -154,9 +154,14 @@ class Study:
         if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
             raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
         width = len(self.parameters.names)
-        return self.parameters.values(
-            unit_design(self.sampler, self.samples, width, self.seed, self.sampler_options)
-        )
+        try:
+            return self.parameters.values(
+                unit_design(self.sampler, self.samples, width, self.seed, self.sampler_options)
+            )
+        except MemoryError:
+            raise InputError(
+                f"samples: memory does not hold the design of {self.samples} samples of {width} parameters"
+            ) from None
 
     def _points(self, given: Any, samples: int | None) -> Real:
         points = real_array("sampler", given, 2)
@@ -291,9 +296,10 @@ class Study:
         InputError
             If an argument is ill-posed.
         StoreError
-            If the store holds another study, or another process writes to it.
+            If the store holds another study or cannot be made, or another process writes to it.
         StudyError
-            If the workers are lost; what is complete is in its `partial`.
+            If the workers are lost or the store cannot be written, as on a full disk; what is complete is in
+            its `partial`.
         StudyInterrupted
             On Ctrl-C, a ``KeyboardInterrupt``; what is complete is in its `partial`.
         """
@@ -312,7 +318,8 @@ class Study:
             except KeyboardInterrupt as error:
                 partial = results.dataset()
                 raise StudyInterrupted(self._so_far(partial), partial) from error
-            except runners.WorkersLostError as error:
+            # Errors of a model are results: an error of the system is one of the store.
+            except (runners.WorkersLostError, OSError) as error:
                 partial = results.dataset()
                 raise StudyError(f"{error}; {self._so_far(partial)}", partial) from error
             return results.dataset()

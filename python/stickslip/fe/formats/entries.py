@@ -23,8 +23,11 @@ def read_lines(path: Path) -> list[str]:
     Raises
     ------
     InputError
-        If there is no such file, it is no text, or it ends in the middle of a line: it was cut off.
+        If there is no such file, it is none (a pipe) or no text, or it ends in the middle of a line: it
+        was cut off.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path}: expected a regular file")
     try:
         text = path.read_bytes().decode("ascii")
     except UnicodeDecodeError as error:
@@ -187,6 +190,24 @@ def coordinates(path: Path, lines: Sequence[str], first: int) -> Entries:
     rows = whole(path, found[:, 0], numbers, "row")
     columns = whole(path, found[:, 1], numbers, "column")
     return Entries(path, rows - 1, columns - 1, found[:, 2], numbers)
+
+
+def check_triangles(place: str, matrix: scipy.sparse.csr_array) -> None:
+    """Refuse a matrix all of whose coupling is in one triangle: the other one was not written.
+
+    Raises
+    ------
+    InputError
+        Beginning with `place`.
+    """
+    entries = matrix.tocoo()
+    sides = np.sign(entries.coords[1] - entries.coords[0])[entries.data != 0.0]
+    if (sides != 0).any() and not ((sides > 0).any() and (sides < 0).any()):
+        triangle = "upper" if sides.max() > 0 else "lower"
+        raise InputError(
+            f"{place} is one triangle: it has entries in the {triangle} one alone, in a file of all entries; "
+            "write the other triangle too, as A + A.T without the second diagonal"
+        )
 
 
 def symmetric_parts(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -14,8 +15,10 @@ import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.fe.body import Body
+from stickslip.fe.formats.deck import numbered_mesh
 from stickslip.fe.formats.entries import (
     Entries,
+    check_triangles,
     coordinates,
     read_lines,
     symmetric_parts,
@@ -23,7 +26,7 @@ from stickslip.fe.formats.entries import (
     whole,
 )
 from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
-from stickslip.scene.checks import described, package
+from stickslip.scene.checks import described
 from stickslip.scene.contact import nearest
 from stickslip.scene.laws.damping import Proportional
 
@@ -87,8 +90,9 @@ def read(
     points, surfaces
         As in `Body`; `points` in the unit of length of the files.
     mesh
-        A `meshio.Mesh`, or a file that meshio reads, instead of `points`: its points are the nodes 1, 2, ...,
-        its cells are kept.
+        A file that meshio reads, or a `meshio.Mesh`, instead of `points`; its cells are kept. In a file of
+        CalculiX or Abaqus (``.inp``) and of Nastran nodes have their numbers there, and dofs of the deck that
+        depend on others are told from held ones. The points of any other mesh are the nodes 1, 2, ...
     units
         ``"m-kg-s"``, or ``"mm-t-s"``: matrices in N/mm and tonnes, as most decks have them.
     name
@@ -98,15 +102,17 @@ def read(
     ------
     InputError
         If a file is missing, truncated or damaged; if an entry lies outside the matrix, is not finite, stands
-        there twice, or lies in the triangle that the format does not hold; or if sizes or dofs of files
+        there twice, or lies in the triangle that the format does not hold; if mass, stiffness or damping have
+        one triangle; or if sizes or dofs of files
         differ. The message names file and line.
 
     Notes
     -----
-    `Body.notes` says what the reader mirrored, left out or split. An unsymmetric stiffness becomes
-    ``stiffness`` and ``circulatory``, an unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes
-    only one triangle of the unsymmetric stiffness of a contact with friction, so that the friction is lost
-    without a warning: export bodies without contact and let `contact_pairs` make the contacts.
+    `Body.notes` says what the reader mirrored, left out or split, and which arrays of an archive it has no
+    use for; it warns of those. An unsymmetric stiffness becomes ``stiffness`` and ``circulatory``, an
+    unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes only one triangle of the unsymmetric
+    stiffness of a contact with friction, so that the friction is lost without a warning: export bodies
+    without contact and let `contact_pairs` make the contacts.
     """
     if units not in UNITS:
         raise InputError(f"units: expected {' or '.join(map(repr, UNITS))}, got {units!r}")
@@ -126,15 +132,28 @@ def read(
             raise InputError(f"{needed}: no file of it; files are told by their names, or by {needed}=")
     size = None if named is None else len(named)
     found = {key: _read(Path(str(path)), key, size) for key, path in asked.items() if path is not None}
+    for key in ("mass", "stiffness", "damping"):
+        if key in found:
+            check_triangles(f"{asked[key]}: {key}", found[key].matrix)
+    for file in files:
+        if unread := _unread(Path(file)):
+            notes.append(f"{Path(file).name}: not read: {', '.join(unread)}")
+            warnings.warn(
+                f"{file}: not read: {', '.join(unread)}; arrays are known as "
+                f"{', '.join('/'.join(names) for names in ARRAYS.values())} and dofs",
+                stacklevel=2,
+            )
     named, matrices = _together(asked, found, named, notes)
     matrices = _split(matrices, notes)
     length, weight, spring = UNITS[units]
     matrices = {key: (weight if key == "mass" else spring) * matrix for key, matrix in matrices.items()}
-    cells = None
+    cells, dependent = None, []
     if mesh is not None:
         if points is not None:
             raise InputError("mesh: given beside points")
-        points, cells = _mesh(mesh)
+        points, cells, deck = numbered_mesh(mesh)
+        if deck is not None and named is not None and (dependent := deck.dependent(named)):
+            notes.append(f"{deck.dependence}: {len(dependent)} displacements depend on others")
     if points is not None and length != 1.0:
         points = (
             {node: length * np.asarray(row) for node, row in points.items()}
@@ -145,7 +164,10 @@ def read(
         if "damping" in matrices:
             raise InputError("damping: given as Proportional and by an unsymmetric matrix")
         matrices["damping"] = proportional
-    return Body(points=points, dofs=named, cells=cells, surfaces=surfaces, name=name, notes=notes, **matrices)
+    return Body(
+        points=points, dofs=named, cells=cells, surfaces=surfaces, name=name, notes=notes,
+        dependent=dependent, **matrices,
+    )  # fmt: skip
 
 
 def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
@@ -322,6 +344,14 @@ def _array_name(path: Path, key: str) -> str | None:
     return next((name for name in ARRAYS[key] if name in held), None)
 
 
+def _unread(path: Path) -> list[str]:
+    """Return the arrays of an archive that a body has no place for."""
+    if path.suffix.lower() not in ARCHIVES:
+        return []
+    used = {"", "dofs", *(_array_name(path, key) for key in ARRAYS)}
+    return [name for name in _archive(path) if name not in used]
+
+
 def _from_archive(path: Path, key: str) -> Found:
     held = _archive(path)
     name = "" if "" in held else _array_name(path, key)
@@ -424,17 +454,3 @@ def _split(matrices: dict[str, Any], notes: list[str]) -> dict[str, Any]:
             matrices[other] = skew
             notes.append(note)
     return matrices
-
-
-def _mesh(mesh: Any) -> tuple[Any, dict[str, Any]]:
-    """Return points and cells of a mesh of meshio, nodes counted from 1."""
-    if isinstance(mesh, str | Path):
-        meshio = package("meshio", f"{mesh}", "fe")
-        if not Path(mesh).is_file():
-            raise InputError(f"{mesh}: no such file")
-        mesh = meshio.read(mesh)
-    cells: dict[str, Any] = {}
-    for block in mesh.cells:
-        nodes = np.asarray(block.data) + 1
-        cells[block.type] = np.concatenate([cells[block.type], nodes]) if block.type in cells else nodes
-    return np.asarray(mesh.points, dtype=float), cells

@@ -27,6 +27,7 @@ from xarray.core import indexing
 from stickslip.faults import InputError, StoreError
 from stickslip.scene.checks import package
 from stickslip.study.run.identity import differences
+from stickslip.study.run.zarr_folder import check_zarr
 from stickslip.study.sample.evaluation import Columns
 from stickslip.study.sample.outputs import Column
 
@@ -147,7 +148,7 @@ class ZarrStore(Store):
     InputError
         If zarr or filelock is missing, or the directory holds something else.
     StoreError
-        If the directory holds another study, or another process or thread writes to it.
+        If the directory holds another study or cannot be made, or another process or thread writes to it.
     """
 
     def __init__(self, path: str | os.PathLike[str], layout: Layout, chunk: int) -> None:
@@ -226,20 +227,27 @@ class ZarrStore(Store):
             )
             # So that readers find the parameters among the coordinates.
             group.attrs["coordinates"] = " ".join(layout.coords)
-            if self.path.exists():
+            with contextlib.suppress(OSError):
                 self.path.rmdir()
-            draft.rename(self.path)
-        except BaseException:
+            try:
+                draft.rename(self.path)
+            except OSError:
+                # Another writer was quicker: what it made is opened, and its lock decides.
+                if not (self.path / "zarr.json").is_file():
+                    raise
+        except OSError as error:
+            raise StoreError(f"store: {self.path} cannot be made: {error}") from error
+        finally:
             shutil.rmtree(draft, ignore_errors=True)
-            raise
 
     def _opened(self, zarr: Any) -> Any:
         try:
+            check_zarr(self.path)
             group = zarr.open_group(self.path, mode="r+", zarr_format=3)
             theirs = json.loads(group.attrs["identity"])
             machine = json.loads(group.attrs["machine"])
-        except (KeyError, ValueError, FileNotFoundError, NotADirectoryError) as error:
-            raise InputError(f"store: {self.path} holds something that is not a study") from error
+        except (KeyError, ValueError, TypeError, RecursionError, OSError) as error:
+            raise InputError(f"store: {self.path} holds something that is not a study: {error}") from error
         different = differences(self.layout.identity, theirs)
         if different:
             raise StoreError(f"store: {self.path} holds another study; {'; '.join(different)}")

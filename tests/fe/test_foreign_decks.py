@@ -1,0 +1,219 @@
+"""Bodies of other programs: node numbers, ties, quadratic faces, one triangle, arrays without a place."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+
+import matrix_files
+import stickslip as ss
+
+CALCULIX = Path(__file__).parent / "calculix"
+FILES = [CALCULIX / f"pad{suffix}" for suffix in (".sti", ".mas", ".dof")]
+#: The lower face of the pad, 18 x 8 mm, which is free, and a facet of the upper one, which is held.
+FACE = [[1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4]]
+BACK = [[17, 18, 22, 21]]
+WHERE = {
+    int(row[0]): [float(one) for one in row[1:]]
+    for row in (line.split(",") for line in (CALCULIX / "pad.inp").read_text().splitlines()[1:25])
+}
+
+
+@pytest.fixture
+def deck(tmp_path):
+    """Return a function that writes the deck of the pad changed, and reads it with the matrices."""
+
+    def read(number=lambda node: node, order=None, cards="", drop=()):
+        lines = (CALCULIX / "pad.inp").read_text().splitlines()
+        nodes = [f"{number(int(one.split(',')[0]))},{one.split(',', 1)[1]}" for one in lines[1:25]]
+        cells = [
+            ",".join([one.split(",")[0], *(str(number(int(n))) for n in one.split(",")[1:])])
+            for one in lines[26:32]
+        ]
+        rest = [
+            f"{number(int(one.split(',')[0]))},{one.split(',', 1)[1]}" if 39 <= k < 47 else one
+            for k, one in enumerate(lines)
+        ][32:]
+        order = range(24) if order is None else order
+        path = tmp_path / "pad.inp"
+        path.write_text(
+            "\n".join([lines[0], *(nodes[k] for k in order), lines[25], *cells, *rest, cards]) + "\n"
+        )
+        dofs = [(int(node), int(k)) for node, k in (one.split(".") for one in FILES[2].read_text().split())]
+        kept = np.array([k for k, dof in enumerate(dofs) if dof not in drop])
+        body = ss.fe.read(*FILES[:2], dofs=[f"{node}.{k}" for node, k in dofs])
+        stiffness, mass = (matrix[kept][:, kept] for matrix in (body.stiffness, body.mass))
+        np.savez(
+            tmp_path / "pad.npz", K=stiffness.toarray(), M=mass.toarray(),
+            dofs=[f"{number(dofs[k][0])}.{dofs[k][1]}" for k in kept],
+        )  # fmt: skip
+        return ss.fe.read(tmp_path / "pad.npz", mesh=path, units="m-kg-s")
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("number", "order"),
+    [
+        (lambda node: node + 12, None),
+        (lambda node: 7 * node, range(23, -1, -1)),
+        (lambda node: node, np.random.default_rng(1).permutation(24)),
+    ],
+    ids=["offset", "reversed", "shuffled"],
+)
+def test_nodes_of_a_deck_keep_their_numbers(deck, number, order):
+    """Points in the order of the file put node 13 of 13 to 48 to the place of node 25."""
+    pad = deck(number, order)
+    for node, where in WHERE.items():
+        surface = pad.surface([number(node)])
+        np.testing.assert_array_equal(surface.points, np.array([where]))
+    plain = deck()
+    face = pad.surface([[number(node) for node in facet] for facet in FACE])
+    expected = {
+        f"{number(int(node))}.{k}": force
+        for (node, k), force in (
+            (name.split("."), f) for name, f in plain.surface(FACE).pressure(1.0).items()
+        )
+    }
+    assert face.pressure(1.0) == pytest.approx(expected, rel=1e-14)
+    # What is drawn is the same body: every cell has the corners that it had.
+    for body in (pad, plain):
+        corners = body.points[body.cells["hexahedron"]]
+        np.testing.assert_allclose(corners.mean(axis=1)[:, 2].max(), 4.5)
+        np.testing.assert_allclose(np.ptp(corners, axis=1), np.tile([6.0, 8.0, 3.0], (6, 1)))
+
+
+def test_a_deck_of_which_meshio_reads_a_part_is_refused(deck):
+    with pytest.raises(ss.InputError, match=r"pad\.inp: the deck has 26 nodes, meshio reads 2; write all"):
+        deck(cards="*NODE\n98, 0, 0, 0\n99, 1, 0, 0")
+
+
+def test_nodes_of_nastran_keep_their_numbers(tmp_path):
+    grids = {30: (1.0, 0.0, 0.0), 20: (0.0, 1.0, 0.0), 40: (0.0, 0.0, 0.0), 10: (0.0, 0.0, 1.0)}
+    lines = [f"GRID,{node},,{x},{y},{z}" for node, (x, y, z) in grids.items()]
+    path = tmp_path / "tet.bdf"
+    path.write_text("\n".join(["BEGIN BULK", *lines, "CTETRA,1,1,40,30,20,10", "ENDDATA"]) + "\n")
+    dofs = [f"{node}.{k}" for node in (10, 20, 30, 40) for k in (1, 2, 3)]
+    np.savez(tmp_path / "a.npz", K=np.eye(12), M=np.eye(12), dofs=dofs)
+    body = ss.fe.read(tmp_path / "a.npz", mesh=path)
+    for node, where in grids.items():
+        assert body.surface([node]).points.tolist() == [list(where)]
+    assert body.nodes[body.cells["tetra"]].tolist() == [[40, 30, 20, 10]]
+
+
+def test_facets_of_quadratic_elements_are_refused():
+    """A ten-node tetrahedron: the corners of a face carry nothing of a pressure, its middles a third each."""
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    points = np.vstack([corners, [corners[list(pair)].mean(axis=0) for pair in pairs]])
+    cells = {"tetra10": np.arange(1, 11)[None]}
+    matrices = np.eye(30), np.eye(30)
+    with pytest.raises(
+        ss.InputError, match=r"facet of nodes \[1 2 3\] has corners only, but .* cell tetra10"
+    ):
+        ss.fe.Body(*matrices, points=points, cells=cells).surface([[1, 2, 3]])
+    with pytest.raises(ss.InputError, match=r"\[1 2 3\] has corners only, but node 5 lies in the middle"):
+        ss.fe.Body(*matrices, points=points).surface([[1, 2, 3]])
+    assert len(ss.fe.Body(*matrices, points=points).surface([1, 2, 3, 5])) == 4
+
+
+#: Node 4, a corner of the lower face, follows node 3 along x; its other dofs are missing for the test.
+TIED = "*EQUATION\n2\n4,1,1.,3,1,-1.\n"
+
+
+def test_dofs_that_depend_on_others_do_not_count_as_held(deck):
+    pad = deck(cards=TIED, drop=[(4, 1), (4, 2), (4, 3)])
+    assert pad.notes[-1] == "pad.inp, line 52: *EQUATION: 3 displacements depend on others"
+    face = pad.surface(FACE)
+    message = r"displacement 4\.[123] is no dof, it depends on others"
+    with pytest.raises(ss.InputError, match=f"pressure: {message}"):
+        face.pressure(1.0)
+    with pytest.raises(ss.InputError, match=f"traction: {message}"):
+        face.traction([1.0, 0.0, 0.0])
+    with pytest.raises(ss.InputError, match=f"dofs: {message}"):
+        pad.held(face)
+    with pytest.raises(ss.InputError, match=f"first: pair of node 4: {message}"):
+        ss.fe.contact_pairs(face, None, velocity=[1.0, 0.0, 0.0], friction=0.4)
+    # Elsewhere nothing changes, and held dofs are held.
+    plain = deck()
+    two = plain.surface(FACE[:1]).pressure(1.0)
+    assert pad.surface(FACE[:1]).pressure(1.0) == two
+    assert pad.surface(BACK).pressure(1.0) == plain.surface(BACK).pressure(1.0) == {}
+    assert len(ss.fe.contact_pairs(pad.surface(FACE[:1]), None, velocity=[1.0, 0.0, 0.0], friction=0.4)) == 4
+
+
+def test_rotations_of_a_rigid_body_are_no_displacements(deck):
+    pad = deck(cards="*RIGID BODY, NSET=ALL, REF NODE=3, ROT NODE=4\n")
+    with pytest.raises(ss.InputError, match=r"displacement 4\.[123] is no dof"):
+        pad.surface(FACE).pressure(1.0)
+
+
+def test_sets_and_names_of_boundary_conditions_hold(tmp_path):
+    path = tmp_path / "a.inp"
+    path.write_text(
+        "*NODE, NSET=ALL\n" + "".join(f"{n}, {n}.0, 0.0, 0.0\n" for n in range(1, 7))
+        + "*NSET, NSET=Feet, GENERATE\n1, 3, 2\n*NSET, NSET=MORE\nFEET, 5\n"
+        + "*BOUNDARY\nMore, 1, 2\n6, ENCASTRE\n*TIE, NAME=A\nP, Q\n"
+    )  # fmt: skip
+    from stickslip.fe.formats.deck import read_deck
+
+    found = read_deck(path)
+    assert found.held == {(n, k) for n, k in itertools.product((1, 3, 5), (1, 2))} | {
+        (6, k) for k in range(1, 7)
+    }
+    named = [f"{n}.{k}" for n in (2, 4) for k in (1, 2, 3)] + ["1.3", "3.3"]
+    assert found.dependence == "a.inp, line 15: *TIE"
+    assert found.dependent(tuple(named)) == ["5.3"]
+
+
+@pytest.mark.parametrize("triangle", [np.triu, np.tril])
+@pytest.mark.parametrize("kind", ["mat", "npz", "mtx", "rua"])
+@pytest.mark.parametrize("key", ["K", "M", "C"])
+def test_one_triangle_is_not_the_matrix(tmp_path, triangle, kind, key):
+    """K / 2 and a skew part of the same size: 44 219 instead of 26 658 Hz."""
+    body = ss.fe.read(*FILES)
+    matrices = {"K": body.stiffness.toarray(), "M": body.mass.toarray()}
+    matrices["C"] = 1e-5 * matrices["K"]
+    matrices[key] = triangle(matrices[key])
+    names = {"K": "stiffness", "M": "mass", "C": "damping"}
+    files, arguments = [], {}
+    if kind == "mat":
+        files = [tmp_path / "a.mat"]
+        scipy.io.savemat(files[0], matrices)
+    elif kind == "npz":
+        files = [tmp_path / "a.npz"]
+        np.savez(files[0], **matrices)
+    else:
+        for name, matrix in matrices.items():
+            path = arguments[names[name]] = tmp_path / f"{name}.{kind}"
+            if kind == "rua":
+                matrix_files.harwell_boeing(path, matrix, symmetric=False)
+            else:
+                with path.open("wb") as file:
+                    scipy.io.mmwrite(file, scipy.sparse.coo_array(matrix), symmetry="general")
+    which = "upper" if triangle is np.triu else "lower"
+    with pytest.raises(ss.InputError, match=f"{names[key]} is one triangle: .* in the {which} one alone"):
+        ss.fe.read(*files, **arguments, dofs=body.dofs)
+
+
+def test_arrays_without_a_place_are_told(tmp_path):
+    body = ss.fe.read(*FILES)
+    arrays = {"K": body.stiffness.toarray(), "M": body.mass.toarray(), "D": np.eye(48), "Fex1": np.ones(48)}
+    np.savez(tmp_path / "a.npz", **arrays)
+    scipy.io.savemat(tmp_path / "a.mat", arrays)
+    for name in ("a.npz", "a.mat"):
+        with pytest.warns(
+            UserWarning, match=rf"{name}: not read: D, Fex1; arrays are known as mass/M/MAA/MGG"
+        ):
+            found = ss.fe.read(tmp_path / name, dofs=body.dofs)
+        assert f"{name}: not read: D, Fex1" in found.notes
+
+
+def test_names_of_dofs_are_made_once():
+    body = ss.fe.read(*FILES, name="pad")
+    assert body.names is body.names
+    held = body.held([body.names[0]])
+    assert held.names == body.names[1:]
