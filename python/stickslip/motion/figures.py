@@ -267,6 +267,8 @@ def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int
             )
     axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
     axes.set_yticklabels([f"contact {label}" for label in labels])
+    if not labels:
+        return axes
     axes.set_ylim(len(labels) - 0.5, -0.5)
     axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return axes
