@@ -1,7 +1,10 @@
 """Where two kinds of scene or result meet: each is seen by every view that exists for one of them."""
 
 import io
+import json
 import re
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +12,9 @@ import pytest
 
 import stickslip as ss
 from meshed import block
-from stickslip.explorer import picture
+from stickslip.explorer import picture, server
 from stickslip.motion.events import KINDS
+from stickslip.show.style import UNSTABLE
 
 BELT = {"friction": 0.5, "slider_speed": 0.1}
 
@@ -101,6 +105,65 @@ def test_phase_plane_of_a_scene_without_contacts_is_refused_by_name():
     run = ss.simulate(ss.Scene([1.0], [[4.0]]), ss.State([1.0], [0.0], ""), 1.0)
     with pytest.raises(ss.InputError, match="motion: a scene without contacts"):
         ss.plot.phase_plane(run)
+
+
+def spinning(speed=3.0, tie=1.0):
+    """Return an undamped spinning structure of six dofs; some real parts are positive by rounding."""
+    draw = np.random.default_rng(5)
+    turn, root = draw.normal(size=(6, 6)), draw.normal(size=(6, 6))
+    return ss.Scene(np.ones(6), root @ root.T + (5.0 + tie) * np.eye(6), gyroscopic=speed * (turn - turn.T))
+
+
+def test_nothing_is_red_that_is_not_unstable():
+    branches = ss.sweep(spinning, speed=np.linspace(1.0, 3.0, 20))
+    assert (branches.eigenvalue.real > 0.0).any()
+    assert not branches.unstable.any()
+    red = [
+        line
+        for axes in ss.plot.loci(branches).axes
+        for line in axes.lines
+        if line.get_color() == UNSTABLE and np.isfinite(line.get_ydata()).any()
+    ]
+    assert red == []
+    both = ss.sweep(spinning, over={"speed": np.linspace(1.0, 3.0, 5), "tie": np.linspace(0.0, 1.0, 5)})
+    counted = ss.plot.stability_map(both).axes[1]
+    assert not counted.collections
+
+
+def test_a_mode_grows_in_words_only_if_it_is_unstable():
+    scene = spinning()
+    modes = ss.complex_modes(scene)
+    assert modes.eigenvalues.real.max() > 0.0
+    assert modes.marginal.all()
+    assert modes.plot(scene=scene).get_title().endswith("Hz, neither grows nor decays")
+    grows = ss.complex_modes(ss.models.two_subsystems())
+    assert "grows at 49.9 1/s" in grows.described(2)
+    assert "decays at 104 1/s" in grows.described(0)
+
+
+def test_a_phase_of_a_cycle_is_unstable_as_its_modes_are(standard):
+    cycle = ss.simulate(standard.scene, standard.start, 0.6).limit_cycle()
+    told = cycle.table()
+    assert told.unstable.any()
+    for row in (told.isel(phase=k) for k in range(told.sizes["phase"])):
+        modes = cycle.modes.get(str(row.combination.item()))
+        growing = [] if modes is None else modes.select(unstable=True)
+        assert row.unstable.sum() == len(growing)
+
+
+def test_the_explorer_tells_its_own_defects(monkeypatch, capfd):
+    def broken(_):
+        raise KeyError("closing")
+
+    monkeypatch.setitem(server.ANSWERS, "/motion", broken)
+    with ss.explore() as page:
+        headers = {"Content-Type": "application/json", "Origin": page.url.rstrip("/")}
+        asked = urllib.request.Request(page.url + "motion", b"{}", headers)
+        with pytest.raises(urllib.error.HTTPError) as answered:
+            urllib.request.urlopen(asked, timeout=10)
+    assert answered.value.code == 500
+    assert "a defect of stickslip, please report it: KeyError" in json.load(answered.value)["error"]
+    assert "KeyError: 'closing'" in capfd.readouterr().err
 
 
 def test_axes_are_saved_as_the_figure_in_which_they_stand():

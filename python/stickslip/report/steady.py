@@ -269,12 +269,8 @@ def loci_section(found: Findings) -> Markup:
 
 
 def _verdict(modes: Modes, mode: int) -> str:
-    growth = modes.eigenvalues[mode].real
-    if modes.defective[mode]:
-        return "defective"
-    if modes.marginal[mode]:
-        return "marginal"
-    return "unstable" if growth > 0.0 else "decays"
+    kind = "unstable" if modes.unstable[mode] else "marginal" if modes.marginal[mode] else "decays"
+    return f"{kind}, defective" if modes.defective[mode] else kind
 
 
 def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
