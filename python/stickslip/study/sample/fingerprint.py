@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import io
 import pickle
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -56,14 +57,14 @@ def described_function(function: Callable[..., Any], inside: tuple[int, ...] = (
 
 
 def fingerprints(values: Mapping[str, Any], inside: tuple[int, ...] = ()) -> dict[str, Any]:
-    """Return `fingerprint` of every value."""
-    return {str(name): fingerprint(value, inside) for name, value in values.items()}
+    """Return `fingerprint` of every value, in the order of the names."""
+    return {str(name): fingerprint(values[name], inside) for name in sorted(values, key=str)}
 
 
 def fingerprint(value: Any, inside: tuple[int, ...] = ()) -> Any:
     """Return a value as plain numbers and words where it is made of those, else its type and a hash.
 
-    `inside` holds the ids of the functions whose values these are: one may enclose itself.
+    `inside` holds the ids of the functions and objects whose values these are: one may enclose itself.
     """
     if isinstance(value, str | int | float | bool | None):
         return value
@@ -76,15 +77,31 @@ def fingerprint(value: Any, inside: tuple[int, ...] = ()) -> Any:
         return [fingerprint(entry, inside) for entry in value]
     if isinstance(value, Mapping):
         return fingerprints(value, inside)
+    if isinstance(value, set | frozenset):
+        return sorted((fingerprint(entry, inside) for entry in value), key=repr)
     if id(value) in inside:
         return "itself"
     if inspect.isroutine(value) or isinstance(value, partial):
         return described_function(value, inside)
     try:
-        return [type(value).__name__, digest(pickle.dumps(value))]
+        stream = io.BytesIO()
+        _Ordered(stream, (*inside, id(value))).dump(value)
+        return [type(value).__name__, digest(stream.getvalue())]
     # Whatever refuses to be pickled, in its own way.
     except Exception:
         return [type(value).__name__]
+
+
+class _Ordered(pickle.Pickler):
+    """Pickles with sets and mappings in the order of their texts: that of hashes changes with the process."""
+
+    def __init__(self, stream: io.BytesIO, inside: tuple[int, ...]) -> None:
+        super().__init__(stream)
+        self.inside = inside
+
+    def persistent_id(self, value: Any) -> Any:
+        """Return what stands for a set or a mapping, None for anything else."""
+        return repr(fingerprint(value, self.inside)) if type(value) in (set, frozenset, dict) else None
 
 
 def digest(data: bytes) -> str:
