@@ -1,5 +1,7 @@
 """Where two kinds of scene or result meet: each is seen by every view that exists for one of them."""
 
+import dataclasses
+import importlib
 import io
 import json
 import re
@@ -9,13 +11,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip as ss
 from meshed import block
+from stickslip.cli import main
 from stickslip.explorer import picture, server
+from stickslip.explorer.sound import sound
 from stickslip.motion.events import KINDS
 from stickslip.show.style import UNSTABLE
 
+frequency_response = importlib.import_module("stickslip.cycles.frequency_response")
 BELT = {"friction": 0.5, "slider_speed": 0.1}
 
 
@@ -164,6 +170,53 @@ def test_the_explorer_tells_its_own_defects(monkeypatch, capfd):
     assert answered.value.code == 500
     assert "a defect of stickslip, please report it: KeyError" in json.load(answered.value)["error"]
     assert "KeyError: 'closing'" in capfd.readouterr().err
+
+
+def test_a_contact_is_drawn_and_heard_by_its_name(standard, tmp_path):
+    named = [
+        dataclasses.replace(contact, name=name)
+        for contact, name in zip(standard.scene.contacts, ("inner", "outer"), strict=True)
+    ]
+    scene = standard.scene.replace(contacts=named)
+    run = ss.simulate(scene, standard.start, 0.6)
+    cycle = run.limit_cycle()
+    drawn = [cycle.plot(contact=contact).lines[0].get_ydata() for contact in ("outer", 1)]
+    np.testing.assert_array_equal(*drawn)
+    assert len(ss.plot.contact_status(cycle.plot(), run, ["outer"]).get_yticklabels()) == 1
+    assert sound(run, "outer") == sound(run, 1) != sound(run, "inner")
+    for draw in (lambda: cycle.plot(contact="outr"), lambda: sound(run, "outr")):
+        with pytest.raises(ss.InputError, match="contact: unknown contact 'outr'; nearest: outer"):
+            draw()
+    with pytest.raises(ss.InputError, match="contact: expected an index below 2, got 2"):
+        cycle.plot(contact=2)
+    ss.save(ss.Case(scene, {"velocity": {"x1": 1e-3}}, {"duration": 0.1}), tmp_path / "scene.toml")
+    given = ["listen", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "one.wav"), "--contact"]
+    assert "of contact outer" in CliRunner().invoke(main, [*given, "outer"]).stdout
+    assert "unknown contact 'no'" in CliRunner().invoke(main, [*given, "no"]).stderr
+
+
+def test_an_interrupted_frequency_response_keeps_its_orbits(monkeypatch):
+    scene = ss.Scene(
+        [1.0, 1.0],
+        np.diag([100.0, 200.0]),
+        damping=ss.Proportional(mass=1.0),
+        force=[0.0, -5.0],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=5.0)],
+        loads=[ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")],
+    )
+    whole = ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+    settled = frequency_response.settled
+    left = iter([True, True])
+
+    def interrupted(*given, **options):
+        return settled(*given, **options) if next(left, False) else ([None], KeyboardInterrupt())
+
+    monkeypatch.setattr(frequency_response, "settled", interrupted)
+    with pytest.raises(ss.errors.SearchInterrupted, match="after 2 of 6 motions") as stopped:
+        ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+    kept = stopped.value.partial
+    np.testing.assert_array_equal(kept.data.frequency, [1.0, 1.2])
+    np.testing.assert_array_equal(kept.data.response, whole.data.response[:2])
 
 
 def test_axes_are_saved_as_the_figure_in_which_they_stand():

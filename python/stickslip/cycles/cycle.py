@@ -385,13 +385,13 @@ class Cycle(Shown):
         )
         return f"Cycle({lines}, {self.stability}{known})"
 
-    def plot(self, contact: int = 0, ax: Axes | None = None) -> Axes:
+    def plot(self, contact: int | str = 0, ax: Axes | None = None) -> Axes:
         """Draw one period in the phase plane of a contact, by status.
 
         Parameters
         ----------
         contact
-            Index of the contact.
+            Name or index of the contact.
         ax
             Where to draw; None: on axes of its own.
         """
