@@ -1,17 +1,27 @@
 """Where two kinds of scene or result meet: each is seen by every view that exists for one of them."""
 
+import dataclasses
+import importlib
 import io
+import json
 import re
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip as ss
 from meshed import block
-from stickslip.explorer import picture
+from stickslip.cli import main
+from stickslip.explorer import picture, server
+from stickslip.explorer.sound import sound
 from stickslip.motion.events import KINDS
+from stickslip.show.style import UNSTABLE
 
+frequency_response = importlib.import_module("stickslip.cycles.frequency_response")
 BELT = {"friction": 0.5, "slider_speed": 0.1}
 
 
@@ -101,6 +111,112 @@ def test_phase_plane_of_a_scene_without_contacts_is_refused_by_name():
     run = ss.simulate(ss.Scene([1.0], [[4.0]]), ss.State([1.0], [0.0], ""), 1.0)
     with pytest.raises(ss.InputError, match="motion: a scene without contacts"):
         ss.plot.phase_plane(run)
+
+
+def spinning(speed=3.0, tie=1.0):
+    """Return an undamped spinning structure of six dofs; some real parts are positive by rounding."""
+    draw = np.random.default_rng(5)
+    turn, root = draw.normal(size=(6, 6)), draw.normal(size=(6, 6))
+    return ss.Scene(np.ones(6), root @ root.T + (5.0 + tie) * np.eye(6), gyroscopic=speed * (turn - turn.T))
+
+
+def test_nothing_is_red_that_is_not_unstable():
+    branches = ss.sweep(spinning, speed=np.linspace(1.0, 3.0, 20))
+    assert (branches.eigenvalue.real > 0.0).any()
+    assert not branches.unstable.any()
+    red = [
+        line
+        for axes in ss.plot.loci(branches).axes
+        for line in axes.lines
+        if line.get_color() == UNSTABLE and np.isfinite(line.get_ydata()).any()
+    ]
+    assert red == []
+    both = ss.sweep(spinning, over={"speed": np.linspace(1.0, 3.0, 5), "tie": np.linspace(0.0, 1.0, 5)})
+    counted = ss.plot.stability_map(both).axes[1]
+    assert not counted.collections
+
+
+def test_a_mode_grows_in_words_only_if_it_is_unstable():
+    scene = spinning()
+    modes = ss.complex_modes(scene)
+    assert modes.eigenvalues.real.max() > 0.0
+    assert modes.marginal.all()
+    assert modes.plot(scene=scene).get_title().endswith("Hz, neither grows nor decays")
+    grows = ss.complex_modes(ss.models.two_subsystems())
+    assert "grows at 49.9 1/s" in grows.described(2)
+    assert "decays at 104 1/s" in grows.described(0)
+
+
+def test_a_phase_of_a_cycle_is_unstable_as_its_modes_are(standard):
+    cycle = ss.simulate(standard.scene, standard.start, 0.6).limit_cycle()
+    told = cycle.table()
+    assert told.unstable.any()
+    for row in (told.isel(phase=k) for k in range(told.sizes["phase"])):
+        modes = cycle.modes.get(str(row.combination.item()))
+        growing = [] if modes is None else modes.select(unstable=True)
+        assert row.unstable.sum() == len(growing)
+
+
+def test_the_explorer_tells_its_own_defects(monkeypatch, capfd):
+    def broken(_):
+        raise KeyError("closing")
+
+    monkeypatch.setitem(server.ANSWERS, "/motion", broken)
+    with ss.explore() as page:
+        headers = {"Content-Type": "application/json", "Origin": page.url.rstrip("/")}
+        asked = urllib.request.Request(page.url + "motion", b"{}", headers)
+        with pytest.raises(urllib.error.HTTPError) as answered:
+            urllib.request.urlopen(asked, timeout=10)
+    assert answered.value.code == 500
+    assert "a defect of stickslip, please report it: KeyError" in json.load(answered.value)["error"]
+    assert "KeyError: 'closing'" in capfd.readouterr().err
+
+
+def test_a_contact_is_drawn_and_heard_by_its_name(standard, tmp_path):
+    named = [
+        dataclasses.replace(contact, name=name)
+        for contact, name in zip(standard.scene.contacts, ("inner", "outer"), strict=True)
+    ]
+    scene = standard.scene.replace(contacts=named)
+    run = ss.simulate(scene, standard.start, 0.6)
+    cycle = run.limit_cycle()
+    drawn = [cycle.plot(contact=contact).lines[0].get_ydata() for contact in ("outer", 1)]
+    np.testing.assert_array_equal(*drawn)
+    assert len(ss.plot.contact_status(cycle.plot(), run, ["outer"]).get_yticklabels()) == 1
+    assert sound(run, "outer") == sound(run, 1) != sound(run, "inner")
+    for draw in (lambda: cycle.plot(contact="outr"), lambda: sound(run, "outr")):
+        with pytest.raises(ss.InputError, match="contact: unknown contact 'outr'; nearest: outer"):
+            draw()
+    with pytest.raises(ss.InputError, match="contact: expected an index below 2, got 2"):
+        cycle.plot(contact=2)
+    ss.save(ss.Case(scene, {"velocity": {"x1": 1e-3}}, {"duration": 0.1}), tmp_path / "scene.toml")
+    given = ["listen", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "one.wav"), "--contact"]
+    assert "of contact outer" in CliRunner().invoke(main, [*given, "outer"]).stdout
+    assert "unknown contact 'no'" in CliRunner().invoke(main, [*given, "no"]).stderr
+
+
+def test_an_interrupted_frequency_response_keeps_its_orbits(monkeypatch):
+    scene = ss.Scene(
+        [1.0, 1.0],
+        np.diag([100.0, 200.0]),
+        damping=ss.Proportional(mass=1.0),
+        force=[0.0, -5.0],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=5.0)],
+        loads=[ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")],
+    )
+    whole = ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+    settled = frequency_response.settled
+    left = iter([True, True])
+
+    def interrupted(*given, **options):
+        return settled(*given, **options) if next(left, False) else ([None], KeyboardInterrupt())
+
+    monkeypatch.setattr(frequency_response, "settled", interrupted)
+    with pytest.raises(ss.errors.SearchInterrupted, match="after 2 of 6 motions") as stopped:
+        ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+    kept = stopped.value.partial
+    np.testing.assert_array_equal(kept.data.frequency, [1.0, 1.2])
+    np.testing.assert_array_equal(kept.data.response, whole.data.response[:2])
 
 
 def test_axes_are_saved_as_the_figure_in_which_they_stand():

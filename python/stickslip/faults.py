@@ -37,8 +37,8 @@ class SearchInterrupted(KeyboardInterrupt):
     Attributes
     ----------
     partial
-        What the search had found by then: a `Bifurcation` of the values that were done, or `Basins` with -2
-        where nothing was computed.
+        What the search had found by then: a `Bifurcation` of the values that were done, a `FrequencyResponse`
+        of the orbits found, or `Basins` with -2 where nothing was computed.
     done, of
         Number of motions that were followed to their end, and number of all motions.
     """

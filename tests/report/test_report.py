@@ -191,6 +191,24 @@ def test_a_scene_without_limit_cycle_has_a_page(scene, says):
     assert (found.run is None) == ("equilibrium" in found.reasons)
 
 
+def test_under_a_law_of_friction_stability_is_told_over_slider_speed():
+    law = ss.friction.Stribeck(static=0.6, kinetic=0.3, speed=0.2)
+    damping = ss.Proportional(mass=0.5)
+    # mu' N = -(damping) at the Hopf point: 0.3 / 0.2 exp(-v / 0.2) 10 N = 0.5 kg/s.
+    expected = 0.2 * np.log(0.3 / 0.2 * 10.0 / 0.5)
+    found = findings(belt(friction=law, slider_speed=0.5).replace(damping=damping), "law")
+    assert found.parameter == "slider_speed"
+    assert [point.value for point in found.critical if point.kind == "hopf"] == pytest.approx([expected])
+    text = page(found)
+    check(text)
+    assert "Stability over slider speed" in text
+    assert "There is no motion over a parameter" not in text
+    table = ss.friction.Tabulated(speeds=[0.0, 0.2, 0.5], values=[0.6, 0.4, 0.35])
+    found = findings(belt(friction=table, slider_speed=0.3).replace(damping=damping), "table")
+    # One piece of the table, in which mu is a polynomial.
+    assert found.loci.slider_speed.to_numpy()[[0, -1]] == pytest.approx([0.2, 0.5])
+
+
 def test_a_chaotic_motion_is_named_with_its_exponent():
     found = findings(ss.models.two_subsystems(slider_speed=0.2), "chaos")
     text = page(found)

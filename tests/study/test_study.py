@@ -583,6 +583,41 @@ def test_functions_are_told_apart_by_what_they_carry() -> None:
     assert len(sources) == 1
 
 
+FINGERPRINT = """
+import json
+from stickslip.study.sample.fingerprint import described_function
+
+class Limits:
+    def __init__(self):
+        self.names = {"friction", "speed", "gap", "mass"}
+        self.table = {name: len(name) for name in self.names}
+        self.owner = self
+
+def carrying():
+    limits, names = Limits(), {"friction", "speed", "gap", "mass"}
+    table = {name: 1.0 for name in names}
+    return lambda scene: (limits, names, table)
+
+print(json.dumps(described_function(carrying())))
+"""
+
+
+@pytest.mark.process
+def test_a_function_is_the_same_after_a_restart() -> None:
+    """Sets are in the order of hashes of texts, which another process draws anew."""
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", FINGERPRINT],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2", "3")
+    }
+    assert len(found) == 1
+
+
 def test_a_partial_of_a_model_stays_compiled() -> None:
     parameters = {"friction_0": stats.uniform(0.3, 2.2), "damping": stats.uniform(5e-5, 1e-4)}
     given = {"inclination": (0.2, 0.6), "damping": 3e-4}

@@ -179,7 +179,7 @@ def _diagram(
         kinds.append(kind if core is not None else described(kind, growth, message)[0])
         exponents.append(growth[0])
         errors.append(growth[1])
-    result = table(name, values, cycles, parameter_units(model, name))
+    result = table(name, values, cycles, parameter_units(model, name), scenes)
     result["kind"] = (name, np.array(kinds, dtype=str))
     result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
     result["exponent_error"] = (name, np.array(errors), {"units": "1/s"})
@@ -214,11 +214,18 @@ def _followed(
 
 
 def table(
-    name: str, values: Real | Index, cycles: Sequence[Cycle | None], units: dict[str, str]
+    name: str,
+    values: Real | Index,
+    cycles: Sequence[Cycle | None],
+    units: dict[str, str],
+    scenes: Sequence[Scene] = (),
 ) -> xr.Dataset:
-    """Return cycles over a parameter as one dataset; nan, False or empty where there is none."""
-    scene = next((cycle.scene for cycle in cycles if cycle is not None), None)
-    dofs = np.array([] if scene is None else scene.dofs, dtype=str)
+    """Return cycles over a parameter as one dataset; nan, False or empty where there is none.
+
+    The dofs are those of the first of `scenes`, or of the first cycle.
+    """
+    given = [*scenes, *(cycle.scene for cycle in cycles if cycle is not None)]
+    dofs = np.array(given[0].dofs if given else [], dtype=str)
     width = max((cycle.multipliers.size for cycle in cycles if cycle is not None), default=0)
 
     def column(of: Callable[[Cycle], Any], missing: Any) -> Any:

@@ -238,21 +238,25 @@ class Cycle(Shown):
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth_rate`` (phase, pair), 1/s,
-            one of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination``
-            (phase).
+            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, ``growth_rate`` (phase, pair), 1/s, and
+            ``unstable`` (phase, pair), see `Modes.unstable`, one of each conjugate pair, nan and False beyond
+            the modes of a combination; coordinate ``combination`` (phase).
         """
-        upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
-        width = max((values.size for values in upper.values()), default=0)
+        upper = {name: np.flatnonzero(modes.eigenvalues.imag >= 0.0) for name, modes in self.modes.items()}
+        width = max((chosen.size for chosen in upper.values()), default=0)
         rows = np.full((len(self.combinations), width), complex(np.nan, np.nan))
-        for row, name in zip(rows, self.combinations, strict=True):
-            values = upper.get(name, ())
-            row[: len(values)] = values
+        unstable = np.zeros(rows.shape, dtype=bool)
+        for k, name in enumerate(self.combinations):
+            if name in upper:
+                chosen = upper[name]
+                rows[k, : chosen.size] = self.modes[name].eigenvalues[chosen]
+                unstable[k, : chosen.size] = self.modes[name].unstable[chosen]
         return xr.Dataset(
             {
                 "duration": ("phase", self.durations, {"units": "s"}),
                 "frequency": (("phase", "pair"), np.abs(rows) / (2.0 * np.pi), {"units": "Hz"}),
                 "growth_rate": (("phase", "pair"), rows.real, {"units": "1/s"}),
+                "unstable": (("phase", "pair"), unstable),
             },
             coords={"combination": ("phase", list(self.combinations))},
         )
@@ -292,8 +296,8 @@ class Cycle(Shown):
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), ``mode_frequency`` and ``growth_rate`` (phase, pair) of `table`;
-            ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
+            ``duration`` (phase), ``mode_frequency``, ``growth_rate`` and ``unstable`` (phase, pair) of
+            `table`; ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
             `harmonics`; one period as `Motion.sample` gives it (time). The attributes
             ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
 
@@ -381,13 +385,13 @@ class Cycle(Shown):
         )
         return f"Cycle({lines}, {self.stability}{known})"
 
-    def plot(self, contact: int = 0, ax: Axes | None = None) -> Axes:
+    def plot(self, contact: int | str = 0, ax: Axes | None = None) -> Axes:
         """Draw one period in the phase plane of a contact, by status.
 
         Parameters
         ----------
         contact
-            Index of the contact.
+            Name or index of the contact.
         ax
             Where to draw; None: on axes of its own.
         """

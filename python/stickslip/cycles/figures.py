@@ -66,7 +66,8 @@ def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) ->
     """
     data = diagram if isinstance(diagram, xr.Dataset) else diagram.to_dataset()
     if dof is None:
-        dof = str(data.dof.to_numpy()[data.amplitude.max(data.amplitude.dims[0]).to_numpy().argmax()])
+        largest = data.amplitude.fillna(0.0).to_numpy().max(axis=0, initial=0.0)
+        dof = str(data.dof.to_numpy()[largest.argmax()])
     axes = axes_of(ax)
     along = str(data.amplitude.dims[0])
     # A traced branch runs over its points, with the parameter as a coordinate.

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from stickslip.cycles.attractors import Outcome, is_valid, settled
 from stickslip.cycles.branches.arclength import trace_branch
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import InputError, OrbitError
+from stickslip.faults import InputError, OrbitError, SearchInterrupted
 from stickslip.locus.asked import axis
 from stickslip.scene.checks import Complex, Real, described
 from stickslip.scene.contact import dof_index, nearest
@@ -150,6 +150,8 @@ def frequency_response(
     ------
     InputError
         If the load is unknown or not harmonic, a frequency not positive, or a scene or start ill-posed.
+    SearchInterrupted
+        On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the orbits found by then.
     """
     name, field = _asked(checked(scene), load)
     values = np.unique(axis("frequencies", frequencies))
@@ -161,15 +163,24 @@ def frequency_response(
     scenes = [scene.replace(**{field: float(value)}) for value in values]
     begun = begins(scenes[0])
     linear = _linear(scene, name, values, begun.combination if combination is None else combination)
-    up = _sweep(scenes, values, begins)
-    down = _sweep(scenes[::-1], values[::-1], begins, up[-1])[::-1]
+    up, stopped = _sweep(scenes, values, begins)
+    down: list[Cycle | None] = []
+    if stopped is None:
+        down, stopped = _sweep(scenes[::-1], values[::-1], begins, up[-1])
+    done = len(up) + len(down)
+    up += [None] * (len(values) - len(up))
+    down += [None] * (len(values) - len(down))
+    down.reverse()
     found: list[tuple[float, Cycle, str]] = []
     scale = max((float(_response(cycle).max()) for cycle in up if cycle is not None), default=0.0)
     for value, one, other in zip(values, up, down, strict=True):
         found += [(float(value), one, "up")] if one is not None else []
         if other is not None and (one is None or _differs(one, other, scale)):
             found.append((float(value), other, "down"))
-    found += _between(field, values, up, down, scale)
+    try:
+        found += [] if stopped is not None else _between(field, values, up, down, scale)
+    except KeyboardInterrupt as interruption:
+        stopped = interruption
     cycles = tuple(cycle for _, cycle, _ in found)
     rows = [_response(cycle)[places] for cycle in cycles]
     data = xr.Dataset(
@@ -192,7 +203,10 @@ def frequency_response(
             "dof": chosen,
         },
     )
-    return FrequencyResponse(data, cycles)
+    response = FrequencyResponse(data, cycles)
+    if stopped is not None:
+        raise SearchInterrupted(response, done, 2 * len(values)) from None
+    return response
 
 
 def _asked(scene: Scene, load: Any) -> tuple[str, str]:
@@ -224,19 +238,24 @@ def _starts(start: Any) -> Callable[[Scene], State]:
 
 def _sweep(
     scenes: Sequence[Scene], values: Real, begins: Callable[[Scene], State], before: Cycle | None = None
-) -> list[Cycle | None]:
-    """Return what motions settle to, each begun from the orbit before where that one fits."""
+) -> tuple[list[Cycle | None], KeyboardInterrupt | None]:
+    """Return what motions settle to, each begun from the orbit before where that one fits.
+
+    On Ctrl-C it is what was found by then, with the interruption.
+    """
     found: list[Cycle | None] = []
     for scene, value in zip(scenes, values, strict=True):
         state = None if before is None else before.run.state(0.0)
         if state is None or not is_valid(scene, state):
             state = begins(scene)
         (outcome,), interruption = settled([scene], [state], LOOK / value, LIMIT / value)
+        if isinstance(interruption, KeyboardInterrupt):
+            return found, interruption
         if interruption is not None:
             raise interruption
         before = _cycle(scene, outcome)
         found.append(before)
-    return found
+    return found, None
 
 
 def _cycle(scene: Scene, outcome: Outcome | None) -> Cycle | None:

@@ -13,6 +13,7 @@ from stickslip.faults import InputError, StickslipError
 from stickslip.locus.critical import critical_points
 from stickslip.locus.stability import stability
 from stickslip.locus.sweep import sweep
+from stickslip.modes.modes import shown_growth
 
 #: Eigenvalues beyond which loci are left out: every value is an eigenproblem.
 LARGE = 120
@@ -42,6 +43,7 @@ def loci(wanted: Wanted) -> dict[str, Any]:
     except StickslipError as error:
         return {"error": f"No root loci: {error}."}
     eigenvalue = found.eigenvalue.to_numpy().T
+    eigenvalue = shown_growth(eigenvalue.real, found.unstable.to_numpy().T) + 1j * eigenvalue.imag
     # Of a pair of conjugates one; a branch may meet the real axis and come back on either side.
     upper = eigenvalue[np.max(eigenvalue.imag, axis=1) > 0.0]
     upper = upper[np.mean(upper.imag, axis=1) >= 0.0]
@@ -80,7 +82,8 @@ def verdicts(wanted: Wanted) -> dict[str, Any]:
             before = time.perf_counter()
             over: dict[str, Any] = {**fixed, x: first[part].ravel(), y: second[part].ravel()}
             found = stability(wanted.explored.family.given, over=over)
-            rates = np.where(found.steady_sliding.to_numpy(), found.growth_rate.to_numpy(), np.nan)
+            rates = shown_growth(found.growth_rate.to_numpy(), found.unstable_modes.to_numpy() > 0)
+            rates = np.where(found.steady_sliding.to_numpy(), rates, np.nan)
             growth[part] = rates.reshape(-1, columns)
             expected = rows * (time.perf_counter() - before)
             if part.start == 1 and expected > LONGEST:

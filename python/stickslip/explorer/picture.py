@@ -14,7 +14,7 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.explorer.wanted import PATIENCE, Wanted
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
-from stickslip.modes.modes import Modes
+from stickslip.modes.modes import Modes, shown_growth
 from stickslip.motion.energy import STATUSES, Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.figures import instants
@@ -80,11 +80,11 @@ def picture(wanted: Wanted) -> dict[str, Any]:
 
 
 def _modes(modes: Modes) -> dict[str, Any]:
-    upper = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    upper = modes.eigenvalues.imag >= 0.0
     return {
         "combination": modes.combination,
-        "growth": upper.real.tolist(),
-        "frequency": (np.abs(upper) / (2.0 * np.pi)).tolist(),
+        "growth": shown_growth(modes.eigenvalues.real, modes.unstable)[upper].tolist(),
+        "frequency": modes.frequencies[upper].tolist(),
     }
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 import threading
+import traceback
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -64,6 +66,8 @@ class Server(ThreadingHTTPServer):
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Let a connection that breaks off go without a word: its page was closed."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -122,6 +126,11 @@ class Handler(BaseHTTPRequestHandler):
             answer = {"error": str(error)}
         except MalformedError as error:
             self._answer({"error": f"malformed message: {error}"}, HTTPStatus.BAD_REQUEST)
+            return
+        except Exception as error:
+            traceback.print_exc()
+            told = f"This is a defect of stickslip, please report it: {type(error).__name__}: {error}"
+            self._answer({"error": told}, HTTPStatus.INTERNAL_SERVER_ERROR)
             return
         if isinstance(answer, tuple):
             self._send(HTTPStatus.OK, *answer)

@@ -8,7 +8,7 @@ import wave
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import whole_number
+from stickslip.scene.contact import contact_index
 from stickslip.transient.trajectory import Trajectory
 
 #: Samples a second, and how many times as many are taken before what cannot be heard is filtered out.
@@ -17,7 +17,7 @@ RATE, FINER = 44_100, 2
 LOUD, SOFT = 0.8, 0.01
 
 
-def sound(run: Trajectory, contact: int = 0) -> bytes:
+def sound(run: Trajectory, contact: int | str = 0) -> bytes:
     """Return the tangential velocity of a contact as a WAV file, 16 bits, one channel, at its own speed.
 
     The motion is sampled more finely than the file and filtered, so that the corners of its velocity are not
@@ -29,7 +29,7 @@ def sound(run: Trajectory, contact: int = 0) -> bytes:
     run
         The motion, which is written as a whole.
     contact
-        Index of the contact.
+        Name or index of the contact.
 
     Raises
     ------
@@ -38,14 +38,12 @@ def sound(run: Trajectory, contact: int = 0) -> bytes:
     """
     from scipy.signal import resample_poly
 
-    count = len(run.scene.contacts)
-    if not 0 <= whole_number("contact", contact, 0) < count:
-        raise InputError(f"contact: expected an index below {count}, got {contact}")
+    place = contact_index("contact", contact, run.scene.contacts)
     samples = int(run.duration * RATE) * FINER
     if samples < 2 * FINER:
         raise InputError(f"run: {run.duration:g} s are too short to be heard")
     times = np.arange(samples) / (RATE * FINER)
-    direction = run.scene.tangential_direction(contact)
+    direction = run.scene.tangential_direction(place)
     # A dof is all that is kept of the samples of many.
     velocity = np.concatenate(
         [run.core.sample(part)[1] @ direction for part in np.array_split(times, -(-samples // 2**15))]

@@ -14,7 +14,7 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from numbers import Number
 from pathlib import Path
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SUFFIXES = (".nc", ".json", ".csv", ".zarr")
+#: Attribute of a netCDF variable without entries: the lengths of its dimensions.
+SIZES = "sizes_of_empty"
 
 
 class Labelled(Protocol):
@@ -104,7 +106,7 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     # A broken file makes its reader fail in any way.
     try:
         if file.suffix == ".nc":
-            return join_complex(_native(xr.load_dataset(file, engine="scipy")))
+            return join_complex(_with_empty(_native(xr.load_dataset(file, engine="scipy"))))
         if file.suffix == ".zarr":
             from stickslip.study.run.zarr_folder import check_zarr
 
@@ -115,7 +117,8 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         record = json.loads(file.read_text(encoding="utf-8"))
         for kind in ("coords", "data_vars"):
             for variable in record[kind].values():
-                variable["data"] = _numbers(variable["data"], variable.pop("dtype"))
+                sizes = [record["dims"][dim] for dim in variable["dims"]]
+                variable["data"] = _numbers(variable["data"], variable.pop("dtype")).reshape(sizes)
         return join_complex(xr.Dataset.from_dict(record))
     except Exception as error:
         raise InputError(f"{file}: not readable: {error}") from error
@@ -151,8 +154,45 @@ def _draft(path: Path) -> Iterator[Path]:
 
 def _netcdf(dataset: xr.Dataset) -> bytes | memoryview:
     # Without a path xarray returns what it would write.
-    content: bytes | memoryview = split_complex(dataset).to_netcdf(engine="scipy", format="NETCDF3_64BIT")
+    single = _without_empty(split_complex(dataset))
+    content: bytes | memoryview = single.to_netcdf(engine="scipy", format="NETCDF3_64BIT")
     return content
+
+
+def _without_empty(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose variables without entries are one entry each, with their sizes as attribute.
+
+    In netCDF a dimension of length 0 is the one that has no limit, and must come first.
+    """
+    empty = {
+        name: (
+            (),
+            " " if is_text(variable) else np.zeros((), variable.dtype)[()],
+            variable.attrs | {SIZES: json.dumps(dict(variable.sizes))},
+        )
+        for name, variable in dataset.variables.items()
+        if variable.size == 0
+    }
+    return _replaced(dataset, empty)
+
+
+def _with_empty(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset of which `_without_empty` made this one."""
+    empty = {}
+    for name, variable in dataset.variables.items():
+        attrs = dict(variable.attrs)
+        if (text := attrs.pop(SIZES, None)) is not None:
+            sizes = json.loads(text)
+            kind = np.str_ if is_text(variable) else variable.dtype
+            empty[name] = (tuple(sizes), np.empty(tuple(sizes.values()), kind), attrs)
+    return _replaced(dataset, empty)
+
+
+def _replaced(dataset: xr.Dataset, variables: Mapping[Any, Any]) -> xr.Dataset:
+    """Return a dataset with other variables of these names; coordinates stay coordinates."""
+    coordinates = {name: variable for name, variable in variables.items() if name in dataset.coords}
+    data = {name: variable for name, variable in variables.items() if name not in coordinates}
+    return dataset.drop_vars(variables).assign_coords(coordinates).assign(data)
 
 
 def _write_zarr(dataset: xr.Dataset, path: Path) -> None:

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint
+from stickslip.modes.modes import shown_growth
 from stickslip.show.style import STABLE, UNSTABLE, quantity
 
 #: Shades of growth, and as many of decay, in a map of stability.
@@ -74,13 +75,14 @@ def draw_loci(
     order = np.argsort(branches[name].to_numpy())
     values = branches[name].to_numpy()[order]
     eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
+    unstable = branches.unstable.transpose(name, "branch").to_numpy()[order]
     # One name of each kind for a legend of these axes; the others bear it after a bar.
     bar = ""
-    for branch in eigenvalue.T:
+    for branch, growing in zip(eigenvalue.T, unstable.T, strict=True):
         if (branch.imag < 0.0).all():
             continue
         for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
-            grows = np.where(branch.real > 0.0, ordinate, np.nan)
+            grows = np.where(growing, ordinate, np.nan)
             axes.plot(values, ordinate, color=STABLE, linewidth=1.2, label=f"{bar}stable")
             axes.plot(values, grows, color=UNSTABLE, linewidth=1.8, label=f"{bar}unstable")
         bar = "_"
@@ -122,9 +124,10 @@ def stability_map(branches: xr.Dataset) -> Figure:
         )
     # The second parameter, along which branches are continuous, is the horizontal axis.
     upward, across = names
-    ordered = branches.sortby(names).eigenvalue.transpose(*names, "branch")
-    eigenvalue = ordered.to_numpy()
-    growth = eigenvalue.real.max(axis=-1)
+    ordered = branches[["eigenvalue", "unstable"]].sortby(names).transpose(*names, "branch")
+    eigenvalue = ordered.eigenvalue.to_numpy()
+    rates = shown_growth(eigenvalue.real, ordered.unstable.to_numpy())
+    growth = rates.max(axis=-1)
     grid = (ordered[across].to_numpy(), ordered[upward].to_numpy())
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -133,7 +136,7 @@ def stability_map(branches: xr.Dataset) -> Figure:
     shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
     figure.colorbar(shades, ax=left, label="largest growth rate, 1/s")
     # At least k modes are unstable where the k-th largest real part, one of each pair, is positive.
-    one_of_pair = np.where(eigenvalue.imag >= 0.0, eigenvalue.real, -reach)
+    one_of_pair = np.where(eigenvalue.imag >= 0.0, rates, -reach)
     ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)
     most = int((ranked > 0.0).any(axis=(1, 2)).sum())
     shade = colormaps["Reds"].resampled(most + 2)

@@ -129,7 +129,7 @@ def orbits(modes: Modes, mode: int, masses: Masses, *, periods: float = 3.0) -> 
         abscissa, ordinate = (modes.dofs[dof_index("masses", dof, modes.dofs)] for dof in dofs)
         axes.set(title=name, xlabel=abscissa, ylabel=ordinate, xlim=(-reach, reach), ylim=(-reach, reach))
         axes.set_aspect("equal")
-    figure.suptitle(f"{_described(modes, mode)} (dot: start)")
+    figure.suptitle(f"{modes.described(mode)} (dot: start)")
     return figure
 
 
@@ -183,7 +183,7 @@ def animated(
         axes.plot(*closed.T, color=colour, linewidth=0.8, alpha=0.5)
         axes.annotate(name, rest[mass], xytext=(0, 30), textcoords="offset points", ha="center")
     points = axes.scatter(positions[0, :, 0], positions[0, :, 1], c=_cycled(len(masses)), s=60, zorder=3)
-    axes.set(title=_described(modes, mode), xticks=[], yticks=[])
+    axes.set(title=modes.described(mode), xticks=[], yticks=[])
     axes.margins(0.2)
     axes.set_aspect("equal", adjustable="datalim")
 
@@ -196,9 +196,3 @@ def animated(
 
 def _cycled(count: int) -> list[str]:
     return [COLOURS[k % len(COLOURS)] for k in range(count)]
-
-
-def _described(modes: Modes, mode: int) -> str:
-    value = modes.eigenvalues[mode]
-    kind = "grows" if value.real > 0.0 else "decays"
-    return f"{modes.frequencies[mode]:.2f} Hz, {kind} at {abs(value.real):.3g} 1/s"

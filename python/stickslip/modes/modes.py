@@ -332,6 +332,14 @@ class Modes(Shown):
         }
         return "  ".join(word for word, holds in known.items() if holds)
 
+    def described(self, mode: int) -> str:
+        """Return the frequency of a mode, and how it grows or decays, in words."""
+        change = (
+            f"{'grows' if self.unstable[mode] else 'decays'} at {abs(self.eigenvalues[mode].real):.3g} 1/s"
+        )
+        change = "neither grows nor decays" if self.marginal[mode] else change
+        return f"{self.frequencies[mode]:.2f} Hz, {change}"
+
     def _drawable(self, scene: Scene, number: int | None) -> tuple[Complex, str, str]:
         """Return shape, colour and title of a mode to be drawn in its scene."""
         from stickslip.show.style import STABLE, UNSTABLE
@@ -341,9 +349,7 @@ class Modes(Shown):
             raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
         if checked(scene).dofs != self.dofs:
             raise InputError(f"scene: expected the scene of the modes, with the dofs {', '.join(self.dofs)}")
-        growth = self.eigenvalues[chosen].real
-        title = f"mode {chosen}: {self.frequencies[chosen]:.2f} Hz, "
-        title += f"{'grows' if growth > 0.0 else 'decays'} at {abs(growth):.3g} 1/s"
+        title = f"mode {chosen}: {self.described(chosen)}"
         return self.shapes[:, chosen], UNSTABLE if self.unstable[chosen] else STABLE, title
 
     def animate(
@@ -396,6 +402,12 @@ class Modes(Shown):
         whole = self.missing == 0.0 and not self.doubts
         table = Table(f"Modes of {self.combination}", headings, rows, kinds)
         return Summary([] if whole else facts, tables=[table])
+
+
+def shown_growth(growth: Real, unstable: Flags) -> Real:
+    """Return growth rates with zero in place of what is positive by rounding only."""
+    shown: Real = np.where(unstable, growth, np.minimum(growth, 0.0))
+    return shown
 
 
 def _blocks(*quarters: Matrix) -> Matrix:

@@ -170,7 +170,8 @@ class Events(Sequence[Event], Shown):
         labels = [f"contact {label}" for label in self._labels]
         axes.set(xlabel="time, s", yticks=range(len(labels)), yticklabels=labels)
         axes.invert_yaxis()
-        axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        if own.any():
+            axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return axes
 
     def __repr__(self) -> str:

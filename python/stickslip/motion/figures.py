@@ -19,7 +19,7 @@ from stickslip.faults import InputError
 from stickslip.motion.events import Events
 from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
-from stickslip.scene.contact import dof_index
+from stickslip.scene.contact import contact_index, dof_index
 from stickslip.scene.state import State
 from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES
 
@@ -160,7 +160,9 @@ def displacements(
         axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
 
 
-def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samples: int = SAMPLES) -> Axes:
+def phase_portrait(
+    axes: Axes, motion: Moving | Periodic, contact: int | str = 0, samples: int = SAMPLES
+) -> Axes:
     """Draw tangential velocity over displacement of a contact, by status; the slider's speed is dashed.
 
     Parameters
@@ -170,7 +172,7 @@ def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samp
     motion
         A run, or a cycle.
     contact
-        Index of the contact.
+        Name or index of the contact.
     samples
         Points of the curve.
     """
@@ -181,7 +183,7 @@ def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samp
 def phase_portraits(
     panels: Sequence[Axes],
     motion: Moving | Periodic,
-    contacts: Sequence[int],
+    contacts: Sequence[int | str],
     samples: int = SAMPLES,
     begin: float = 0.0,
 ) -> None:
@@ -194,13 +196,14 @@ def phase_portraits(
     motion, samples
         As for `phase_portrait`.
     contacts
-        Indices of the contacts.
+        Names or indices of the contacts.
     begin
         Where the curves begin, s.
     """
     run = motion_of(motion)
-    curves = tangential(run, contacts, samples, begin)
-    for axes, contact, curve in zip(panels, contacts, curves, strict=True):
+    chosen = [contact_index("contact", contact, run.scene.contacts) for contact in contacts]
+    curves = tangential(run, chosen, samples, begin)
+    for axes, contact, curve in zip(panels, chosen, curves, strict=True):
         _portrait(axes, run, contact, *curve)
 
 
@@ -226,7 +229,9 @@ def _portrait(axes: Axes, run: Moving, contact: int, status: Names, displaced: R
     axes.legend(frameon=False, fontsize="small")
 
 
-def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int] | None = None) -> Axes:
+def contact_status(
+    axes: Axes, motion: Moving | Periodic, contacts: Sequence[int | str] | None = None
+) -> Axes:
     """Draw the status of contacts over time as bars.
 
     Parameters
@@ -236,10 +241,12 @@ def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int
     motion
         A run, or a cycle.
     contacts
-        Indices of contacts; None: all of them.
+        Names or indices of contacts; None: all of them.
     """
     run = motion_of(motion)
-    shown = range(len(run.scene.contacts)) if contacts is None else contacts
+    every = run.scene.contacts
+    given = range(len(every)) if contacts is None else contacts
+    shown = [contact_index("contacts", contact, every) for contact in given]
     labels = [run.scene.contact_labels()[contact] for contact in shown]
     by_contact = [status_spans(run, contact) for contact in shown]
     most = max((len(bars) for spans in by_contact for bars in spans.values()), default=0)
@@ -267,6 +274,8 @@ def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int
             )
     axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
     axes.set_yticklabels([f"contact {label}" for label in labels])
+    if not labels:
+        return axes
     axes.set_ylim(len(labels) - 0.5, -0.5)
     axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return axes

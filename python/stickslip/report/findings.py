@@ -22,8 +22,10 @@ from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion
+from stickslip.scene.checks import Real
 from stickslip.scene.family import Model
 from stickslip.scene.known import Known
+from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.transient.simulate import simulate
@@ -31,6 +33,8 @@ from stickslip.transient.trajectory import Trajectory
 
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 120
+#: Smallest and largest slider speed of the loci under laws of friction, over that of the scene.
+SPEEDS = (0.1, 2.0)
 #: Dofs beyond which energy is left out.
 BIG = 400
 #: Dofs beyond which energy and spectrum are those of the last quarter, at as many samples a second.
@@ -62,8 +66,8 @@ class Findings:
         Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
         their sliders drive them (in positive sliding where a slider rests).
     parameter, loci, critical
-        Eigenvalues over friction (of all contacts, or a factor on the friction of each), and where their kind
-        changes.
+        Eigenvalues over friction (of all contacts, or a factor on the friction of each), or over slider speed
+        where friction depends on it, and where their kind changes.
     start, run
         The disturbed start and the motion from there.
     cycle
@@ -228,9 +232,11 @@ def _loci(
     if over:
         return _loci_over(modes, model, over, reasons)
     frictions = {contact.coefficient() for contact in scene.contacts}
-    if scene.core.has_friction_laws:
+    speeds = {contact.slider_speed for contact in scene.contacts if contact.tangential is not None}
+    if scene.core.has_friction_laws and (len(speeds) > 1 or speeds == {0.0}):
         reasons["loci"] = (
-            "no loci: friction depends on slip speed; see stickslip.sweep over parameters of its law"
+            "no loci: friction depends on slip speed, and the sliders have no speed in common; see "
+            "stickslip.sweep over parameters of its law"
         )
     elif not scene.contacts:
         reasons["loci"] = "no loci: the scene has no contact"
@@ -240,6 +246,12 @@ def _loci(
         reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.sweep"
     if "loci" in reasons:
         return "", None, []
+    if scene.core.has_friction_laws:
+        try:
+            return _loci_over(modes, scene, {"slider_speed": _speeds(scene, speeds.pop())}, reasons)
+        except InputError as error:
+            reasons["loci"] = f"no loci: {error}"
+            return "", None, []
     # Steady sliding does not depend on static friction, which may not be less than friction.
     sliding = scene.replace(static_friction=None)
     combination = modes.combination
@@ -264,6 +276,16 @@ def _loci(
         reasons["loci"] = f"no loci: {error}"
         return "", None, []
     return "friction_factor", branches, list(points)
+
+
+def _speeds(scene: Scene, speed: float) -> Real:
+    """Return slider speeds about the one of the scene, between the knots of its tables of friction."""
+    low, high = (factor * abs(speed) for factor in SPEEDS)
+    laws = [contact.friction for contact in scene.contacts if isinstance(contact.friction, Tabulated)]
+    knots = np.array([knot for law in laws for knot in law.speeds])
+    low = knots[knots <= abs(speed)].max(initial=low)
+    high = knots[knots > abs(speed)].min(initial=high)
+    return np.copysign(np.linspace(low, high, VALUES), speed)
 
 
 def _loci_over(

@@ -119,8 +119,8 @@ def cycle_section(found: Findings) -> Markup:
                 str(row.combination.item()),
                 1e3 * float(row.duration),
                 *(
-                    "" if np.isnan(f) else number(f, 5) + (" u" if g > 0.0 else "")
-                    for f, g in zip(row.frequency.to_numpy(), row.growth_rate.to_numpy(), strict=True)
+                    "" if np.isnan(f) else number(f, 5) + (" u" if grows else "")
+                    for f, grows in zip(row.frequency.to_numpy(), row.unstable.to_numpy(), strict=True)
                 ),
             ]
             for row in (times.isel(phase=k) for k in range(times.sizes["phase"]))

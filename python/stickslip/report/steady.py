@@ -7,18 +7,24 @@ import scipy.sparse
 from markupsafe import Markup
 
 from stickslip import plot
+from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
+#: Columns of the table of contacts that only some scenes have, and the fields that they show.
+FURTHER = {
+    "normal force, N": "normal_force",
+    "normal stiffness, N/m": "normal_stiffness",
+    "tangential stiffness, N/m": "tangential_stiffness",
+}
 KINDS = {
     "hopf": "Hopf point",
     "divergence": "divergence",
@@ -38,7 +44,8 @@ def scene_section(found: Findings) -> Markup:
         damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
     else:
         damped = "a matrix"
-    with_force = any(contact.normal_force is not None for contact in scene.contacts)
+    columns = {heading: [getattr(one, field) for one in scene.contacts] for heading, field in FURTHER.items()}
+    further = {heading: numbers for heading, numbers in columns.items() if set(numbers) - {None}}
     contacts = table(
         "Contacts",
         [
@@ -50,7 +57,7 @@ def scene_section(found: Findings) -> Markup:
             "slider speed, m/s",
             "restitution",
             "gap at x = 0, m",
-            *(["normal force, N"] if with_force else []),
+            *further,
         ],
         [
             [
@@ -62,7 +69,7 @@ def scene_section(found: Findings) -> Markup:
                 contact.slider_speed,
                 contact.restitution,
                 contact.gap,
-                *(["" if contact.normal_force is None else contact.normal_force] if with_force else []),
+                *("" if numbers[i] is None else numbers[i] for numbers in further.values()),
             ]
             for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
         ],
@@ -76,19 +83,17 @@ def scene_section(found: Findings) -> Markup:
     )
     matrices = []
     if scene.size <= PRINTED:
-        plain = Structure.dense(scene.replace(gyroscopic=None, circulatory=None))
-        named = [("Stiffness matrix, N/m", plain.stiffness)]
-        if scene.mass.ndim == 2:
-            named.append(("Mass matrix, kg", plain.mass))
-        if damping is not None and not isinstance(damping, Proportional):
-            named.append(("Damping matrix, N s/m", plain.damping))
-        unsymmetric = {
+        named = {
+            "Stiffness matrix, N/m": scene.stiffness,
+            "Mass matrix, kg": scene.mass if scene.mass.ndim == 2 else None,
+            "Damping matrix, N s/m": None if isinstance(damping, Proportional) else damping,
             "Gyroscopic matrix, N s/m": scene.gyroscopic,
             "Circulatory matrix, N/m": scene.circulatory,
         }
-        given = [(caption, matrix) for caption, matrix in unsymmetric.items() if matrix is not None]
-        named += [(caption, scipy.sparse.csr_array(matrix).toarray()) for caption, matrix in given]
-        for caption, entries in named:
+        for caption, matrix in named.items():
+            if matrix is None:
+                continue
+            entries = scipy.sparse.csr_array(matrix).toarray()
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))
     return section(
@@ -153,15 +158,21 @@ def modes_section(found: Findings) -> Markup:
     """Return the complex modes: table, powers, and shapes in motion."""
     modes, scene = found.modes, found.scene
     chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    power = power_of(scene, modes)
     labels = scene.contact_labels()
-    columns = list(range(len(labels)))[:COLUMNS]
+    try:
+        power = power_of(scene, modes)
+    except InputError as error:
+        shares, told = np.zeros((0, len(modes))), f"The table has no powers of contacts: {error}."
+    else:
+        energies = power.energy.to_numpy()
+        powers = power.contact_power.transpose("contact", "mode").to_numpy()[:COLUMNS]
+        shares = np.divide(powers, energies, out=np.full(powers.shape, np.nan), where=energies > 0.0)
+        told = (
+            "The power of a contact over the energy of the mode is the rate at which this contact "
+            "alone would make that energy grow."
+        )
     rows = []
-    energies, powers = power.energy.to_numpy(), power.contact_power.transpose("contact", "mode").to_numpy()
     for k in chosen:
-        energy = float(energies[k])
-        by_contact = powers[:, k]
-        share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
         rows.append(
             [
                 str(k),
@@ -169,7 +180,7 @@ def modes_section(found: Findings) -> Markup:
                 float(modes.eigenvalues[k].real),
                 float(modes.damping_ratios[k]),
                 float(modes.condition[k]),
-                *share,
+                *(float(share) for share in shares[:, k]),
                 _verdict(modes, int(k)),
             ]
         )
@@ -181,7 +192,7 @@ def modes_section(found: Findings) -> Markup:
             "growth rate, 1/s",
             "damping ratio",
             "condition",
-            *(f"power of contact {labels[i]} over energy, 1/s" for i in columns),
+            *(f"power of contact {label} over energy, 1/s" for label in labels[: len(shares)]),
             "verdict",
         ],
         rows,
@@ -206,10 +217,7 @@ def modes_section(found: Findings) -> Markup:
     return section(
         "modes",
         "Complex modes",
-        paragraph(
-            lead + "The power of a contact over the energy of the mode is the rate at which this contact "
-            "alone would make that energy grow."
-        ),
+        paragraph(lead + told),
         listed,
         Markup(template("report/cards.html").render(cards=cards)),
         note(f"{omitted} more modes are in the table.") if omitted else "",
@@ -261,12 +269,8 @@ def loci_section(found: Findings) -> Markup:
 
 
 def _verdict(modes: Modes, mode: int) -> str:
-    growth = modes.eigenvalues[mode].real
-    if modes.defective[mode]:
-        return "defective"
-    if modes.marginal[mode]:
-        return "marginal"
-    return "unstable" if growth > 0.0 else "decays"
+    kind = "unstable" if modes.unstable[mode] else "marginal" if modes.marginal[mode] else "decays"
+    return f"{kind}, defective" if modes.defective[mode] else kind
 
 
 def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:

@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, axis_labels, by_label, described, real_array, real_number
+from stickslip.scene.checks import (
+    Real,
+    axis_labels,
+    by_label,
+    described,
+    real_array,
+    real_number,
+    whole_number,
+)
 from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
@@ -202,6 +210,25 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
     index = operator.index(value)
     if not 0 <= index < len(dofs):
         raise InputError(f"{argument}: dof index {index} is outside 0..{len(dofs) - 1}")
+    return index
+
+
+def contact_index(argument: str, value: int | str, contacts: Sequence[Contact]) -> int:
+    """Return the index of a contact given by index or name; an index may be a text.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
+    """
+    names = [str(label) for label in contact_labels(contacts)]
+    if isinstance(value, str) and value in names:
+        return names.index(value)
+    if isinstance(value, str) and not value.isdecimal():
+        raise InputError(f"{argument}: unknown contact {value!r}{nearest(value, names)}")
+    index = whole_number(argument, int(value) if isinstance(value, str) else value, 0)
+    if index >= len(contacts):
+        raise InputError(f"{argument}: expected an index below {len(contacts)}, got {index}")
     return index
 
 

@@ -58,7 +58,7 @@ def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser:
 
 @click.command()
 @motion_options
-@click.option("--contact", type=Number(min=0), default=0, show_default=True, help="Index of the contact.")
+@click.option("--contact", default="0", show_default=True, help="Name or index of the contact.")
 @click.option(
     "-o",
     "--output",
@@ -67,7 +67,7 @@ def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser:
     required=True,
     help="Sound file, .wav.",
 )
-def listen(case: ss.Case, settings: dict[str, Any], contact: int, out: Path) -> None:
+def listen(case: ss.Case, settings: dict[str, Any], contact: str, out: Path) -> None:
     """Write the tangential velocity of a contact as sound, from the start on, at its own speed.
 
     \b

@@ -17,7 +17,7 @@ const state = {
 
 async function post(path, message) {
   const answer = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(message) });
-  if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
+  if (!answer.ok) throw new Error(`${path}: ${(await answer.json()).error}`);
   return answer;
 }
 

@@ -156,7 +156,7 @@ def changed_laws(
         places = range(len(contacts)) if place is None else [place]
         if place is None and np.ndim(value) == 0:
             places = [k for k in places if concerns(field, contacts[k])]
-        if len(contacts) and not places:
+        if not places:
             raise InputError(f"replace: no contact of the scene takes {name!r}")
         for k in places:
             if (field, k) in setting:

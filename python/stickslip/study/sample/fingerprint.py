@@ -5,6 +5,7 @@ from __future__ import annotations
 import dis
 import hashlib
 import inspect
+import io
 import json
 import pickle
 import sys
@@ -65,9 +66,9 @@ def described_function(function: Callable[..., Any], seen: Seen | None = None) -
 
 
 def fingerprints(values: Mapping[str, Any], seen: Seen | None = None) -> dict[str, Any]:
-    """Return `fingerprint` of every value."""
+    """Return `fingerprint` of every value, in the order of the names."""
     seen = {} if seen is None else seen
-    return {str(name): fingerprint(value, seen) for name, value in values.items()}
+    return {str(name): fingerprint(values[name], seen) for name in sorted(values, key=str)}
 
 
 def fingerprint(value: Any, seen: Seen | None = None) -> Any:
@@ -110,7 +111,9 @@ def _described_object(value: Any, seen: Seen) -> Any:
         seen[id(value)] = value
         return {"class": fingerprint(type(value), seen), **fingerprints(vars(value), seen)}
     try:
-        return [type(value).__name__, digest(pickle.dumps(value))]
+        stream = io.BytesIO()
+        _Ordered(stream, seen).dump(value)
+        return [type(value).__name__, digest(stream.getvalue())]
     # Whatever refuses to be pickled, in its own way.
     except Exception:
         return [type(value).__name__]
@@ -184,6 +187,18 @@ def _source(body: Any) -> str:
     except (OSError, TypeError):
         source = "" if code is None else repr(_plain_code(code))
     return digest(source.encode())
+
+
+class _Ordered(pickle.Pickler):
+    """Pickles with sets and mappings in the order of their texts: that of hashes changes with the process."""
+
+    def __init__(self, stream: io.BytesIO, seen: Seen) -> None:
+        super().__init__(stream)
+        self.seen = seen
+
+    def persistent_id(self, value: Any) -> Any:
+        """Return what stands for a set or a mapping, None for anything else."""
+        return repr(fingerprint(value, self.seen)) if type(value) in (set, frozenset, dict) else None
 
 
 def _plain_code(code: CodeType) -> tuple[Any, ...]:

@@ -1,0 +1,169 @@
+"""Small scenes, one of every kind, for what has to hold of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+import stickslip as ss
+from meshed import block
+
+#: Two masses tied by a spring, pressed on a belt by 5 N: x along the belt, y across it.
+STIFFNESS = [[90.0, 10.0], [10.0, 200.0]]
+DAMPING = ss.Proportional(mass=0.1, stiffness=1e-3)
+
+
+def _scene(*contacts: ss.Contact, **changes: object) -> ss.Scene:
+    given = {
+        "mass": [1.0, 1.0],
+        "stiffness": STIFFNESS,
+        "damping": DAMPING,
+        "force": [0.0, -5.0],
+        "dofs": ["x", "y"],
+        "contacts": contacts,
+    }
+    return ss.Scene(**{**given, **changes})
+
+
+def _belt(**changes: object) -> ss.Contact:
+    given = {"tangential": "x", "normal": "y", "friction": 0.5, "slider_speed": 0.1, "name": "belt"}
+    return ss.Contact(**{**given, **changes})
+
+
+def _rigid_pad() -> ss.Scene:
+    """Return a rigid pad on three points in a row, whose normal directions depend on each other."""
+    points = [
+        ss.Contact(tangential="x", normal={"y": 1.0, "angle": arm}, friction=0.3, slider_speed=0.1)
+        for arm in (-0.05, 0.0, 0.05)
+    ]
+    return _scene(
+        *points,
+        mass=[1.0, 1.0, 1e-3],
+        stiffness=np.diag([90.0, 200.0, 1.0]),
+        force=[0.0, -5.0, 0.02],
+        dofs=["x", "y", "angle"],
+        impact_friction=True,
+    )
+
+
+def _chain() -> ss.Scene:
+    """Return three equal subsystems in a row, which the core holds as blocks."""
+    part = ss.models.Subsystem(
+        upper_mass=0.3,
+        contact_mass=0.3,
+        inclination=0.3,
+        vertical_stiffness=2e5,
+        horizontal_stiffness=1e5,
+        ceiling_stiffness=1e5,
+        preload_displacement=1e-3,
+    )
+    link = ss.models.Link(horizontal_stiffness=5e4, vertical_stiffness=5e4)
+    return ss.models.chain([part] * 3, [link] * 2, wall_stiffness=2e5, friction=0.8, slider_speed=0.1)
+
+
+def _meshed() -> ss.Scene:
+    body = block(2, 1)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.5, gap=-1e-6)
+    return ss.fe.assemble(body, pairs, impact_friction=True)
+
+
+def _compliant(**changes: object) -> ss.Scene:
+    """Return two undamped dofs on a contact spring."""
+    contact = _belt(friction=0.8, slider_speed=1.0, normal_stiffness=30.0)
+    given = {"stiffness": [[11.0, -5.0], [-5.0, 10.0]], "force": [0.0, -10.0], "damping": None}
+    return _scene(contact, **{**given, **changes})
+
+
+STOP = ss.Contact(normal={"x": -1.0}, gap=0.07, restitution=0.5, name="stop")
+SPIN = [[0.0, 2.0], [-2.0, 0.0]]
+
+#: Name of a kind to a function that makes a scene of it.
+KINDS: dict[str, Callable[[], ss.Scene]] = {
+    "lumped belt": lambda: _scene(_belt(static_friction=0.8)),
+    "coupled mass": lambda: _scene(
+        _belt(restitution=0.3), mass=[[2.0, 0.5], [0.5, 1.0]], impact_friction=True
+    ),
+    "massless": lambda: _scene(_belt(), mass=[1.0, 0.0]),
+    "compliant": _compliant,
+    "compliant both ways": lambda: _scene(_belt(normal_stiffness=3000.0, tangential_stiffness=2000.0)),
+    "stop": lambda: _scene(STOP, force=[0.0, 0.0]),
+    "stop beside a belt": lambda: _scene(_belt(), STOP),
+    "given normal force": lambda: _scene(_belt(normal=None, normal_force=5.0, static_friction=0.7)),
+    "Stribeck": lambda: _scene(_belt(friction=ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1))),
+    "table": lambda: _scene(
+        _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))
+    ),
+    "harmonic load": lambda: _scene(_belt(), loads=[ss.Harmonic({"x": 1.0}, frequency=1.3, name="shaker")]),
+    "switched load": lambda: _scene(
+        _belt(), loads=[ss.Steps({"x": 0.5}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])]
+    ),
+    "vibrating slider": lambda: _scene(_belt(slider_vibration=ss.Harmonic(0.02, frequency=2.0))),
+    "gyroscopic": lambda: _scene(_belt(), gyroscopic=SPIN),
+    "circulatory": lambda: _scene(_belt(), circulatory=[[0.0, 5.0], [-5.0, 0.0]]),
+    "rigid pad": _rigid_pad,
+    "two subsystems": lambda: ss.models.two_subsystems(),
+    "chain": _chain,
+    "mesh": _meshed,
+    "undamped": lambda: _scene(_belt(), damping=None),
+    "undamped gyroscopic": lambda: _scene(_belt(), damping=None, gyroscopic=SPIN),
+    "no contact": lambda: _scene(force=[0.0, 0.0]),
+}
+
+#: Velocity of the first dof at the start of a motion, m/s, and its duration, s.
+KICKS = {"stop": (0.9, 3.0), "compliant": (-8.0, 6.0)} | {
+    "two subsystems": (-0.05, 0.4),
+    "chain": (-0.05, 0.3),
+    "mesh": (-0.05, 0.01),
+}
+#: A parameter of a kind and its range, where it is not friction.
+PARAMETERS = {
+    "Stribeck": ("friction_kinetic", 0.2, 0.6),
+    "table": ("slider_speed", 0.12, 0.3),
+    "stop": ("gap", 0.05, 0.1),
+}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A scene of one kind with what is computed of it once."""
+
+    name: str
+
+    @cached_property
+    def scene(self) -> ss.Scene:
+        """The scene."""
+        return KINDS[self.name]()
+
+    @cached_property
+    def duration(self) -> float:
+        """Duration of the motion, s."""
+        return KICKS.get(self.name, (-0.5, 3.0))[1]
+
+    @cached_property
+    def parameter(self) -> tuple[str, float, float]:
+        """A parameter of the scene and its range: friction, where it is a number."""
+        return PARAMETERS.get(self.name, ("friction", 0.2, 0.6))
+
+    @cached_property
+    def start(self) -> ss.State:
+        """Steady sliding with a kick, so that contacts change their status."""
+        kick = KICKS.get(self.name, (-0.5, 3.0))[0]
+        return ss.sliding_equilibrium(self.scene).perturbed(velocity={self.scene.dofs[0]: kick})
+
+    @cached_property
+    def run(self) -> ss.Trajectory:
+        """The motion from there."""
+        return ss.simulate(self.scene, self.start, self.duration)
+
+    @cached_property
+    def cycle(self) -> ss.Cycle:
+        """The limit cycle to which the motion settles, if there is one."""
+        return self.run.limit_cycle(further=10.0 * self.duration, time_limit=2.0)
+
+    @cached_property
+    def modes(self) -> ss.Modes:
+        """The modes of steady sliding."""
+        return ss.complex_modes(self.scene)
