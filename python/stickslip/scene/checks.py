@@ -29,6 +29,8 @@ Flags = NDArray[np.bool_]
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
 #: A matrix as a user gives it, dense or sparse.
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
+#: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
+THREADS = 1024
 #: Letters of a value that an error message shows.
 WIDTH = 160
 
@@ -99,19 +101,30 @@ def finite_time(argument: str, value: Any, least: float | None = None) -> float:
     raise InputError(f"{argument}: expected {expected}, got {number:g}")
 
 
-def whole_number(argument: str, value: Any, least: int) -> int:
+def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize) -> int:
     """Return `value` as an int.
 
     Raises
     ------
     InputError
-        If `value` is no integer, less than `least`, or beyond 64 bits.
+        If `value` is no integer, less than `least`, or more than `most`, which is the largest of 64 bits.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{argument}: expected an integer >= {least}, got {described(value)}")
-    if value > sys.maxsize:
-        raise InputError(f"{argument}: expected an integer <= {sys.maxsize}, got {described(value)}")
+    if value > most:
+        raise InputError(f"{argument}: expected an integer <= {most}, got {described(value)}")
     return int(value)
+
+
+def thread_count(value: Any) -> int | None:
+    """Return a number of threads; None: one per core.
+
+    Raises
+    ------
+    InputError
+        If `value` is no integer from 1 to `THREADS`.
+    """
+    return None if value is None else whole_number("threads", value, 1, THREADS)
 
 
 def described(value: Any) -> str:
