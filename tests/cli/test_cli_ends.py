@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip as ss
+from mode_coupling import mode_coupling
 from stickslip.cli import main
 
 COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
@@ -134,7 +135,7 @@ def test_a_defect_is_no_negative_answer(brake, monkeypatch):
 def test_an_answer_is_1_only_where_it_is_no(brake, monkeypatch):
     assert "no limit cycle (equilibrium)" in run("cycle", brake, "--set", "friction=0.5", code=1).stderr
 
-    def stopped(_run, _further):
+    def stopped(_run, _further, time_limit):
         raise ss.errors.NotPeriodicError("stopped by time_limit", None, "stopped", float("nan"), float("nan"))
 
     monkeypatch.setattr(ss.Trajectory, "limit_cycle", stopped)
@@ -154,4 +155,20 @@ def test_warnings_show_no_source(brake):
     done = process("study", brake, "--sampler", "sobol", "--samples", 100, "--csv", stdout=subprocess.PIPE)
     assert done.stderr == (
         "warning: samples: a Sobol' sequence is balanced for powers of two only, got 100; nearest 128\n"
+    )
+
+
+def test_without_a_start_a_cycle_is_looked_for_beside_unstable_sliding(tmp_path):
+    path = tmp_path / "coupled.toml"
+    ss.save(mode_coupling(), path)
+    assert "period               6291.02074 ms" in run("cycle", path, "--duration", 200).stdout
+    assert "hint: the run begins in exact steady sliding" in run("simulate", path, "--duration", 20).stderr
+    moving = run("simulate", path, "--duration", 200, "--start", "velocity.x=0.1")
+    assert "hint" not in moving.stderr
+
+
+def test_a_search_of_the_command_line_has_a_time_limit(brake):
+    arguments = ("--duration", 0.01, "--further", 1e9, "--time-limit", 1e-9)
+    assert (
+        "the time limit of computing, 1e-09 s, was reached" in run("cycle", brake, *arguments, code=3).stderr
     )

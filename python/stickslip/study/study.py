@@ -22,6 +22,7 @@ from stickslip.study.run.store import Layout, Store, opened
 from stickslip.study.sample.evaluation import Evaluation, Labels, Settings
 from stickslip.study.sample.outputs import outputs as listed_outputs
 from stickslip.study.samplers import unit_design
+from stickslip.transient.trajectory import FURTHER
 
 if TYPE_CHECKING:
     import os
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 Sampler: TypeAlias = Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"]
 #: Samples per chunk unless told otherwise: some hundredths of a second of verdicts, some tenths of motions.
 VERDICTS, MOTIONS = 16384, 128
-#: Motion after which one that has not settled is given up, in durations.
-FURTHER = 10.0
 #: Rows tried for the names of dofs and contacts.
 FIRST = 1000
 
