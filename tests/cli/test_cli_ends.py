@@ -82,14 +82,16 @@ def test_a_full_disk_is_told_in_one_line(brake, arguments):
 
 @pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes end otherwise there")
-@pytest.mark.parametrize("arguments", [["modes", "SCENE"], ["simulate", "SCENE", "--csv"], ["--help"]])
-def test_a_closed_pipe_is_told_in_one_line(brake, arguments):
+@pytest.mark.parametrize(
+    "arguments", [["modes", "SCENE"], ["simulate", "SCENE", "--csv"], ["cycle", "SCENE"], ["--help"]]
+)
+def test_a_closed_pipe_ends_a_command_in_silence(brake, arguments):
     reader, writer = os.pipe()
     os.close(reader)
     done = process(*(brake if a == "SCENE" else a for a in arguments), stdout=writer)
     os.close(writer)
     assert done.returncode == 2
-    assert done.stderr == "Error: cannot write: Broken pipe\n"
+    assert done.stderr == ""
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full device")
