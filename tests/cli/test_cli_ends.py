@@ -99,6 +99,13 @@ def test_a_file_on_a_full_disk_is_named(brake, tmp_path):
     target = tmp_path / "modes.csv"
     target.symlink_to("/dev/full")
     assert f"Error: {target}: No space left on device" in run("modes", brake, "-o", target, code=2).stderr
+    figure = tmp_path / "modes.png"
+    figure.symlink_to("/dev/full")
+    assert f"Error: {figure}: No space left on device" in run("modes", brake, "--plot", figure, code=2).stderr
+    page = tmp_path / "page.html"
+    page.symlink_to("/dev/full")
+    written = run("report", brake, "-o", page, "--duration", 0.01, code=2)
+    assert f"Error: {page}: No space left on device" in written.stderr
 
 
 @pytest.mark.process

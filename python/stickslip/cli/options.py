@@ -185,12 +185,10 @@ class Answer:
         else:
             shown(console())
         if self.file is not None:
-            with naming(self.file):
-                write_dataset(dataset(), self.file, rows)
+            write_dataset(dataset(), self.file, rows)
             click.echo(f"wrote {self.file}", err=True)
         if self.plot is not None and figure is not None:
-            with naming(self.plot):
-                save_figure(figure(), self.plot, self.dpi)
+            save_figure(figure(), self.plot, self.dpi)
             click.echo(f"wrote {self.plot}", err=True)
 
     def is_rows(self) -> bool:
