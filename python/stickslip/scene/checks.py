@@ -6,6 +6,7 @@ Only type and rank are looked at here; sizes, finiteness and everything physical
 from __future__ import annotations
 
 import numbers
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -114,6 +115,26 @@ def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize)
     if value > most:
         raise InputError(f"{argument}: expected an integer <= {most}, got {described(value)}")
     return int(value)
+
+
+def check_memory(argument: str, numbers: float, value: Any) -> None:
+    """Refuse work whose results alone, so many numbers of 8 bytes, are more than the memory of this machine.
+
+    Raises
+    ------
+    InputError
+        Naming the argument, its value and the size.
+    """
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        # Where it is not known, as on Windows, nothing of today has more.
+        memory = 2**42
+    if 8.0 * numbers > memory:
+        raise InputError(
+            f"{argument}: {described(value)} would take {8.0 * numbers / 2**30:.3g} GiB, "
+            f"of {memory / 2**30:.3g} GiB of memory"
+        )
 
 
 def thread_count(value: Any) -> int | None:

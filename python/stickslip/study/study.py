@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError, StudyError, StudyInterrupted
 from stickslip.locus.asked import interval
-from stickslip.scene.checks import Real, finite_time, real_array, whole_number
+from stickslip.scene.checks import Real, check_memory, finite_time, real_array, whole_number
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
@@ -150,6 +150,8 @@ class Study:
                 raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
             return self.parameters.grid()
         self.samples = whole_number("samples", samples, 1)
+        # The design and its values.
+        check_memory("samples", 2 * self.samples * len(self.parameters.names), samples)
         if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
             raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
         width = len(self.parameters.names)
