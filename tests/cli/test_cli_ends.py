@@ -181,3 +181,7 @@ def test_a_search_of_the_command_line_has_a_time_limit(brake):
     assert (
         "the time limit of computing, 1e-09 s, was reached" in run("cycle", brake, *arguments, code=3).stderr
     )
+
+
+def test_a_negative_frequency_is_refused(brake):
+    assert "-5.0 is not in the range x>=0.0" in run("modes", brake, "--near", -5, code=2).stderr
