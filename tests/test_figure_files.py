@@ -1,11 +1,14 @@
 """Figures as files: letters of panels, milliseconds, the same bytes."""
 
+import errno
 import io
+from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
 
 import stickslip as ss
+from stickslip.show.replaced_file import replace_file
 from stickslip.show.style import panel_letters, readable_units, save
 
 
@@ -84,3 +87,37 @@ def test_the_same_figure_gives_the_same_bytes(form):
     if form == "pdf":
         # Fonts are embedded as TrueType.
         assert b"/FontFile2" in written[0]
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_the_file_as_it_was(tmp_path, monkeypatch):
+    figure, path = Figure(), tmp_path / "figure.png"
+    figure.subplots()
+    save(figure, path, dpi=60)
+    before = path.read_bytes()
+
+    def broken(stream, **_how):
+        if isinstance(stream, Path):
+            stream.write_bytes(b"half of it")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(figure, "savefig", broken)
+    with pytest.raises(OSError, match="No space left"):
+        save(figure, path, dpi=60)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["figure.png"]
+
+
+def test_a_figure_without_suffix_is_named_as_by_matplotlib(tmp_path):
+    figure = Figure()
+    save(figure, tmp_path / "figure", dpi=60)
+    assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_error_of_writing_names_the_file_that_was_asked_for(tmp_path):
+    path = tmp_path / "missing" / "figure.png"
+    with pytest.raises(FileNotFoundError) as caught:
+        save(Figure(), path, dpi=60)
+    assert caught.value.filename == str(path)
+    with pytest.raises(FileNotFoundError) as caught:
+        replace_file(path, b"")
+    assert caught.value.filename == str(path)

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import scipy.sparse
+import scipy.stats
 import xarray as xr
 
 import stickslip as ss
@@ -18,6 +19,22 @@ MODEL = ss.models.two_subsystems
 SCENE = MODEL()
 START = ss.sliding_equilibrium(SCENE)
 RUN = ss.simulate(SCENE, START, 0.01)
+
+
+class OwnLaw(ss.friction.Law):
+    """Friction that the core does not know."""
+
+    law = "own"
+
+    def coefficient(self, speed):
+        return 0.4 / (1.0 + speed**2)
+
+
+class OwnRational(ss.friction.Rational):
+    """Friction of which the core would take the numbers, and not the formula."""
+
+    def coefficient(self, speed):
+        return self.kinetic
 
 
 def masses(size=4, **changes):
@@ -63,6 +80,34 @@ CALLS = {
     "masked": (
         lambda: masses(mass=np.ma.masked_equal([1.0, 2.0, 3.0, 4.0], 3.0)),
         "mass: expected real numbers, got masked entries",
+    ),
+    "samples beyond memory": (
+        lambda: RUN.to_dataset(10**12),
+        "samples: 1000000000000 would take .* GiB, of .* GiB of memory",
+    ),
+    "instants beyond memory": (
+        lambda: RUN.sample(between=10**12),
+        "between: 1000000000000 would take .* GiB, of .* GiB of memory",
+    ),
+    "range beyond memory": (
+        lambda: ss.Case(SCENE, sweep={"friction": {"from": 0.0, "to": 3.0, "count": 10**13}}),
+        r"\[sweep\]: friction: count: 10000000000000 would take 1.19e\+06 GiB",
+    ),
+    "study beyond memory": (
+        lambda: ss.Study(SCENE, {"friction": scipy.stats.uniform(1.0, 0.5)}, samples=10**13),
+        r"samples: 10000000000000 would take 1.49e\+05 GiB",
+    ),
+    "map beyond memory": (
+        lambda: ss.sweep(SCENE, friction_0=np.linspace(1.0, 2.0, 10**6), friction_1=np.linspace(1, 2, 10**6)),
+        r"friction_0 and friction_1: 1000000000000 would take 9.54e\+05 GiB",
+    ),
+    "a law of one's own": (
+        lambda: MODEL(friction=OwnLaw()),
+        r"contact 0: friction: OwnLaw is no law of stickslip.friction, .* Tabulated\(speeds, ",
+    ),
+    "a law made of another": (
+        lambda: SCENE.replace(friction=OwnRational(0.5, 0.3, 0.1)),
+        "contact 0: friction: OwnRational is no law of stickslip.friction",
     ),
     # infinities
     "friction inf": (lambda: SCENE.replace(friction=INF), "friction: must be finite, got inf"),

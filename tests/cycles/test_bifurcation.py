@@ -282,3 +282,11 @@ def test_ill_posed_basins_and_branches():
         ss.branch_points(cycle, friction=(1.5, 1.5))
     with pytest.raises(ss.InputError, match="scene"):
         cycle.continued(block())
+
+
+@pytest.mark.parametrize("call", [ss.branch_points, ss.trace_branch])
+def test_a_branch_that_does_not_begin_at_its_cycle_says_where_to_begin(call):
+    first = r"friction: no orbit is found at the first value, 1 \("
+    hint = r"\); begin at the value of the cycle, 1\.5$"
+    with pytest.raises(ss.errors.OrbitError, match=f"{first}.*{hint}"):
+        call(cycle_at(1.5), friction=(1.0, 3.0))

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from mode_coupling import mode_coupling
 from pad_on_disc import pad_on_disc
 from quad_block import quad_block
 from return_map import differenced_multipliers
@@ -167,3 +168,21 @@ def test_an_ill_posed_time_limit_of_a_search(pad, limit):
     run = ss.simulate(pad, disturbed_sliding(pad), 1e-3)
     with pytest.raises(ss.InputError, match=r"^time_limit: "):
         run.limit_cycle(time_limit=limit)
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e5])
+def test_a_search_follows_a_motion_for_as_many_periods_in_any_unit_of_time(rate):
+    """0.16 Hz and 16 kHz: the same motion, of which ten times the part computed are followed."""
+    scene = mode_coupling(rate)
+    cycle = ss.simulate(scene, disturbed_sliding(scene), 40.0 / rate).limit_cycle()
+    # The period of the orbit that DOP853 closes to 1.8e-12.
+    assert cycle.period == pytest.approx(6.29102074 / rate, rel=1e-8)
+    assert cycle.stable
+
+
+def test_a_motion_in_exact_steady_sliding_is_told_how_to_leave_it():
+    scene = mode_coupling()
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 40.0)
+    with pytest.raises(ss.errors.NotPeriodicError, match="unless the start is disturbed") as caught:
+        run.limit_cycle()
+    assert "give further, or a longer duration" in str(caught.value)

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import wave
 from functools import partial
 
@@ -304,6 +305,39 @@ def test_every_parameter_has_a_slider():
     # What stands at different values is not moved by one slider.
     assert "static_friction" in joint(family, known)
     assert "friction" not in joint(family, known)
+
+
+@pytest.mark.parametrize("friction", [0.3, ss.friction.Stribeck(0.5, 0.3, 0.1)], ids=["constant", "law"])
+@pytest.mark.parametrize("speed", [0.1, -0.1])
+def test_maps_and_loci_over_the_ranges_of_sliders_are_those_of_scenes_that_exist(friction, speed):
+    """No slider of steady sliding begins at rest, none of static friction below friction at rest."""
+    contact = ss.Contact(tangential=0, normal=1, friction=friction, slider_speed=speed)
+    scene = ss.Scene([1.0, 1.0], np.diag([100.0, 200.0]) + 10.0, force=[0.0, -10.0], contacts=[contact])
+    known = knobs(Family(scene))
+    names = [name for name, knob in known.items() if knob.value is not None or name == "static_friction"]
+    assert {"slider_speed", "static_friction"} < set(names)
+    with ss.explore(scene) as page:
+        for name in names:
+            x = [name, known[name].low, known[name].high]
+            assert asked(page, "/loci", x=x, count=11)["error"] is None
+            y = ["slider_speed" if name != "slider_speed" else "static_friction"]
+            y += [known[y[0]].low, known[y[0]].high]
+            assert asked(page, "/map", x=x, y=y, columns=5, rows=5)["error"] is None
+
+
+def test_a_mass_of_almost_nothing_does_not_hold_up_the_page(page):
+    """Its fastest mode decays within 1e-11 s; the lines are then those of samples of the period."""
+    begun = time.perf_counter()
+    moved = {"values": {"upper_mass_0": 1e-9}, "patience": 5.0, "dof": 2, "start": {"kind": "mode"}}
+    found = asked(page, "/motion", **moved)
+    assert time.perf_counter() - begun < 60.0
+    assert found["lines"]["exact"] is False
+    light = ss.models.two_subsystems(upper_mass=(1e-4, 0.3))
+    cycle = ss.simulate(light, ss.disturbed_sliding(light), 0.6).limit_cycle()
+    exact = cycle.harmonics(3).amplitude.isel(dof=2).to_numpy()[1:]
+    # One period without a window: what aliases falls with the square of the harmonic.
+    sampled = cycle.run.spectrum("x3", begin=0.0, samples=2048, window="boxcar").amplitude.to_numpy()[1:4]
+    np.testing.assert_allclose(sampled, exact, rtol=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["scene", "chain", "function", "law"])

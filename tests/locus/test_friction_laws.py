@@ -72,6 +72,38 @@ def test_two_contacts_are_those_of_constant_friction_with_the_slope_as_damping(l
     np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
+TABLE = Tabulated([0.0, 0.05, 0.2, 0.6, 0.7, 0.71], [0.5, 0.35, 0.3, 0.32, 0.25, 0.25])
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_table_gives_hopf_points_where_its_slope_balances_the_damping(direction):
+    """c + N mu'(v) = 0 in every cubic of the table: mu' is quadratic there."""
+    spline = scipy.interpolate.PchipInterpolator(TABLE.speeds, TABLE.values)
+    slopes = spline.derivative()(TABLE.speeds)
+    slopes[-1] = 0.0
+    derivative = scipy.interpolate.CubicHermiteSpline(TABLE.speeds, TABLE.values, slopes).derivative()
+    expected = np.sort(derivative.solve(-0.07, extrapolate=False))
+    assert len(expected) == 3
+    limits = sorted((0.01 * direction, 0.9 * direction))
+    points = ss.critical_points(block(TABLE), slider_speed=limits)
+    found = np.sort([abs(point.value) for point in points if point.kind == "hopf"])
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    (only,) = ss.hopf_points(block(TABLE), slider_speed=sorted((0.01 * direction, 0.5 * direction)))
+    assert abs(only.value) == pytest.approx(expected[0], rel=1e-12)
+
+
+def test_a_model_that_slides_at_a_function_of_its_parameter_is_divided_at_the_knots_of_its_table():
+    def model(turns: float) -> ss.Scene:
+        return block(TABLE, speed=0.3 * turns**2)
+
+    points = ss.critical_points(model, turns=(0.3, 1.7))
+    speeds = [point.value for point in ss.critical_points(block(TABLE), slider_speed=(0.027, 0.867))]
+    np.testing.assert_allclose([0.3 * point.value**2 for point in points], speeds, rtol=1e-12)
+    swept = ss.sweep(model, turns=np.linspace(0.3, 1.7, 29))
+    expected = [ss.complex_modes(model(float(value))).eigenvalues.real.max() for value in swept.turns]
+    np.testing.assert_allclose(swept.eigenvalue.real.max("branch"), expected, rtol=1e-10, atol=1e-12)
+
+
 def test_falling_friction_gives_a_hopf_point_in_closed_form():
     # c + N mu'(v) = 0 with mu' = -(static - kinetic) / speed exp(-v / speed).
     (point,) = ss.critical_points(block(STRIBECK), slider_speed=(0.05, 1.0))

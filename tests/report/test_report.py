@@ -372,3 +372,10 @@ def test_names_of_dofs_keep_the_scripts_of_the_page_alive(tmp_path):
     (data,) = re.findall(r'<script type="application/json" id="move-data">(.*?)</script>', path.read_text())
     assert "<" not in data
     assert names[0] in json.dumps(json.loads(data))
+
+
+def test_a_folder_that_does_not_exist_is_told_before_anything_is_computed(tmp_path):
+    steps = []
+    with pytest.raises(ss.InputError, match="path: no such folder: "):
+        ss.write_report(ss.models.two_subsystems(), tmp_path / "missing" / "page.html", told=steps.append)
+    assert steps == []

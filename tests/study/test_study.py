@@ -17,6 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ import stickslip as ss
 import study_models as models
 from stickslip.study import GaussianCopula, Output, eigenvalue_moments, unit_design
 from stickslip.study.run import runners, store
+from stickslip.study.sample import evaluation
 from stickslip.study.sample.fingerprint import described_function
 
 
@@ -60,6 +62,21 @@ def test_bits_of_verdicts_do_not_depend_on_threads_and_chunks() -> None:
     expected = study.run()
     for arguments in ({"threads": 1}, {"threads": 2, "chunk": 7}, {"chunk": 1000}):
         assert_same_bits(study.run(**arguments), expected)
+
+
+def test_a_chunk_takes_no_more_threads_than_it_has_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts: list[int | None] = []
+    inner = evaluation.Evaluation.columns
+
+    def counted(self: evaluation.Evaluation, rows: Any, threads: int | None) -> evaluation.Columns:
+        counts.append(threads)
+        return inner(self, rows, threads)
+
+    monkeypatch.setattr(evaluation.Evaluation, "columns", counted)
+    models.verdicts(samples=3).run(threads=500)
+    assert counts == [3]
+    with pytest.raises(ss.InputError, match="threads: expected an integer <= 1024, got 100000"):
+        models.verdicts(samples=3).run(threads=100_000)
 
 
 @pytest.mark.process

@@ -130,14 +130,26 @@ def test_leaving_the_loop_stops_the_runs():
     assert time.process_time() - begin < 2.0
 
 
+def test_what_a_generator_raises_passes():
+    def broken():
+        yield None
+        raise ValueError("generator broke")
+
+    with pytest.raises(ValueError, match="generator broke") as raised:
+        list(ss.simulate_many(list(random_models(2)), broken(), duration=0.01))
+    assert not isinstance(raised.value, ss.InputError)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"scenes": 3}, "scenes: expected a sequence, got 3"),
         ({"scenes": ["++"]}, r"scenes\[0\]: expected a Scene"),
         ({"starts": [None, 1]}, r"starts\[1\]: expected a State, got 1"),
-        ({"starts": [None]}, "starts: expected one per scene"),
+        ({"starts": [None]}, "starts: expected one per scene, got 1 starts and more scenes"),
+        ({"starts": [None] * 3}, "starts: expected one per scene, got 2 scenes and more starts"),
         ({"threads": 0}, "threads: expected an integer >= 1"),
+        ({"threads": 100_000}, "threads: expected an integer <= 1024, got 100000"),
         ({"method": "euler"}, "method"),
         ({"velocity": {"x11": 1.0}}, "unknown dof 'x11'"),
     ],

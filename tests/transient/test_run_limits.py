@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import signal
 import sys
 import time
 
@@ -162,3 +163,51 @@ def test_a_motion_ends_at_an_event_that_no_phase_can_follow():
     assert pickle.loads(pickle.dumps(run)).duration == run.duration
     with pytest.raises(ss.errors.NotPeriodicError):
         run.limit_cycle(further=0.0)
+
+
+class OverdueError(Exception):
+    """What a signal handler raises, as that of a test runner with a time limit does."""
+
+
+def looked_for(scene, start):
+    ss.simulate(scene, start, 0.01).limit_cycle(further=ENDLESS)
+
+
+def run_on(scene, start):
+    ss.simulate(scene, start, ENDLESS)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is no timer of signals")
+@pytest.mark.parametrize("work", [run_on, looked_for])
+def test_what_a_signal_handler_raises_passes(work):
+    def overdue(_signal, _frame):
+        raise OverdueError("too late")
+
+    before = signal.signal(signal.SIGALRM, overdue)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(OverdueError, match="too late"):
+            work(*two_weakly_tied_blocks())
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    # Nothing of it is left for the next run.
+    assert ss.simulate(*chattering_belt(), 0.1).stop_reason == "duration"
+
+
+def two_weakly_tied_blocks():
+    """Blocks on belts of their own, on a torus that is watched without end."""
+    stiffness = np.diag([1e4, 137.0**2, 1e4, 1e4])
+    stiffness[:2, :2] += np.array([[10.0, -10.0], [-10.0, 10.0]])
+    contacts = [
+        ss.Contact(tangential=k, normal=k + 2, friction=0.21, static_friction=0.5, slider_speed=0.1)
+        for k in (0, 1)
+    ]
+    scene = ss.Scene(
+        [1.0] * 4,
+        stiffness,
+        damping=ss.Proportional(stiffness=1e-4),
+        force=[0.0, 0.0, -100.0, -100.0],
+        contacts=contacts,
+    )
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5, "x2": -0.5})

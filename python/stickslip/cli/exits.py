@@ -89,6 +89,9 @@ def _ended() -> Iterator[None]:
         if error.filename is not None:
             raise Refused(f"{error.filename}: {error.strerror}") from error
         _discard_output()
+        if isinstance(error, BrokenPipeError):
+            # Whoever reads, such as `head`, has what it wanted.
+            raise click.exceptions.Exit(REFUSED) from None
         raise Refused(f"cannot write: {error.strerror or error}") from error
     except (click.ClickException, click.exceptions.Exit, click.Abort):
         raise

@@ -74,6 +74,7 @@ start_option = click.option(
     help="Amount added to sliding equilibrium in place of [start], such as velocity.x1=1e-3, m or m/s; "
     "repeatable.",
 )
+time_limit_option = click.option("--time-limit", type=float, help="Stop after so many seconds of computing.")
 method_option = click.option(
     "--method",
     type=click.Choice(["auto", "modal", "taylor", "local"]),
@@ -106,6 +107,12 @@ def motion_options(verb: F) -> Callable[..., None]:
     )
     length = click.option("--duration", type=float, help="Duration of the run, s; default: that of [run].")
     return scene_argument(start_option(of_start(method_option(length(told)))))
+
+
+def steadily_sliding(case: ss.Case) -> bool:
+    """Return whether a run of the case begins in exact steady sliding and stays there, stable or not."""
+    vibrates = any(contact.slider_vibration is not None for contact in case.scene.contacts)
+    return not (case.start or case.scene.loads or vibrates)
 
 
 def named(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
@@ -179,12 +186,10 @@ class Answer:
         else:
             shown(console())
         if self.file is not None:
-            with naming(self.file):
-                write_dataset(dataset(), self.file, rows)
+            write_dataset(dataset(), self.file, rows)
             click.echo(f"wrote {self.file}", err=True)
         if self.plot is not None and figure is not None:
-            with naming(self.plot):
-                save_figure(figure(), self.plot, self.dpi)
+            save_figure(figure(), self.plot, self.dpi)
             click.echo(f"wrote {self.plot}", err=True)
 
     def is_rows(self) -> bool:

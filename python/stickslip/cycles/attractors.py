@@ -37,6 +37,8 @@ DISTURBANCE = 0.5
 #: Growth of neighbours, as a power of e, beyond which it says something: less is what the shape of a torus
 #: makes of them.
 DECIDED = 2.0
+#: What helps where a motion was followed too short.
+LONGER = "follow it longer: give further, or a longer duration"
 #: Standard errors from zero at which a growth rate has a sign.
 CERTAIN = 3.0
 
@@ -101,12 +103,12 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
         return kind, f"the run could not go on: {stop_message}"
     exponent, error, time = growth
     if np.isnan(exponent):
-        return "undecided", "the motion was followed too short to say what it settles to; follow it longer"
+        return "undecided", f"the motion was followed too short to say what it settles to; {LONGER}"
     shown = f"largest Lyapunov exponent {exponent:.4g} +- {error:.2g} 1/s over {time:g} s"
     if exponent * time > DECIDED and exponent > CERTAIN * error:
         return "chaotic", f"the motion is chaotic: {shown}"
     if exponent * time < -DECIDED and exponent < -CERTAIN * error:
-        return "unsettled", f"the motion has not settled yet ({shown}); follow it longer"
+        return "unsettled", f"the motion has not settled yet ({shown}); {LONGER}"
     if abs(exponent) * time <= DECIDED and error * time <= DECIDED:
         return (
             "quasi-periodic",
@@ -114,7 +116,7 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
         )
     return (
         "undecided",
-        f"the motion does not recur, and whether its neighbours part is not sure: {shown}; follow it longer",
+        f"the motion does not recur, and whether its neighbours part is not sure: {shown}; {LONGER}",
     )
 
 

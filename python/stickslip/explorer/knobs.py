@@ -43,14 +43,20 @@ class Knob:
 
 
 def knobs(family: Family) -> dict[str, Knob]:
-    """Return every parameter of a model by its name, those of the friction law first."""
+    """Return every parameter of a model by its name, those of the contact law that have a value first."""
     numbers = family.numbers()
     entries = {name: family.slot(name).entry for name in numbers}
+    at_rest = max((contact.coefficient(0.0) for contact in family.scene({}).contacts), default=0.0)
     found = {}
-    for name, entry in sorted(entries.items(), key=lambda item: item[1] not in LAW):
+    order = sorted(entries.items(), key=lambda item: (item[1] not in LAW, numbers[item[0]] is None))
+    for name, entry in order:
         value = numbers[name]
         unit = parameter_units(family.given, name).get("units", "")
-        found[name] = Knob(name, entry, value, *_range(entry, unit, value), "" if unit == "1" else unit)
+        low, high = _range(entry, unit, value)
+        if value is None and entry.startswith("static_friction"):
+            # Static friction is no less than friction at rest.
+            low = at_rest
+        found[name] = Knob(name, entry, value, low, max(high, 2.0 * low), "" if unit == "1" else unit)
     return found
 
 
@@ -83,8 +89,8 @@ def told(
 
 
 def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
-    if entry.startswith(("friction", "static_friction")):
-        return 0.0, max(3.0, 2.0 * (value or 0.0))
+    if entry.startswith(("friction", "static_friction")) and not entry.startswith("friction_speed"):
+        return min(0.0, 2.0 * (value or 0.0)), max(3.0, 2.0 * (value or 0.0))
     if entry.startswith("restitution"):
         return 0.0, 1.0
     if unit == "rad":
@@ -93,6 +99,6 @@ def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
         return AT_ZERO.get(unit, ANYTHING)
     if unit in ("kg", "N/m"):
         return POSITIVE[0] * value, POSITIVE[1] * value
-    low, high = sorted((0.0, 4.0 * value))
     # A slider at rest has no direction to slide in.
-    return (0.04 * value, high) if unit == "m/s" and value > 0.0 else (low, high)
+    low, high = sorted((0.04 * value if unit == "m/s" else 0.0, 4.0 * value))
+    return low, high

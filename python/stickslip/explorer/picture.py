@@ -31,6 +31,8 @@ PERIOD, STRETCH, WAY = 257, 1201, 1501
 NUMBERS = 400_000
 #: Contacts that a page draws, harmonics of a spectrum.
 CONTACTS, HARMONICS = 4, 40
+#: Largest product of an eigenvalue and the period with which lines are integrated: some seconds of work.
+FASTEST = 2e5
 #: What is looked at of a motion without period: its last part.
 LAST = 0.2
 #: How much longer than the transient a motion is followed for what it settles to, s of motion.
@@ -70,7 +72,7 @@ def picture(wanted: Wanted) -> dict[str, Any]:
         "motion": series(last, STRETCH if cycle is None else PERIOD, chosen, dofs, start=since),
         "contacts": chosen,
         "cycle": None if cycle is None else _cycle(cycle),
-        "lines": _lines(cycle, last, since, dof),
+        "lines": _lines(cycle, last, since, dof, np.abs(modes.eigenvalues).max(initial=0.0)),
         "energy": _energy(last.balance(since), scene),
         "state": _state(last),
         "sentence": " ".join(part for part in (_stability(scene, modes), ending, remark) if part),
@@ -191,15 +193,17 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
     }
 
 
-def _lines(cycle: Cycle | None, last: Motion, since: float, dof: int) -> dict[str, Any]:
-    """Return the spectrum of a dof, in µm."""
-    if cycle is not None:
+def _lines(cycle: Cycle | None, last: Motion, since: float, dof: int, fastest: float) -> dict[str, Any]:
+    """Return the spectrum of a dof, in µm; `fastest` is the largest modulus of an eigenvalue, 1/s."""
+    if cycle is not None and fastest * cycle.period <= FASTEST:
         size = 2.0 * np.abs(cycle.core.harmonics(HARMONICS)[1:, dof])
         lines = cycle.frequency * np.arange(1, HARMONICS + 1)
         return {"exact": True, "frequency": lines.tolist(), "amplitude": (1e6 * size).tolist()}
     if last.duration <= since:
         return {"exact": False, "frequency": [], "amplitude": []}
-    sampled = last.spectrum(last.scene.dofs[dof], begin=since, samples=2048)
+    # A cycle is one period, which needs no window.
+    window = "hann" if cycle is None else "boxcar"
+    sampled = last.spectrum(last.scene.dofs[dof], begin=since, samples=2048, window=window)
     kept = slice(1, 512)
     return {
         "exact": False,

@@ -23,7 +23,7 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.scene.checks import Real, described, real_number
+from stickslip.scene.checks import Real, check_memory, described, real_number
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene, checked
@@ -216,6 +216,8 @@ def parameter_values(name: str, value: Any) -> Real:
         count = value["count"]
         if not isinstance(count, int) or isinstance(count, bool) or count < 2:
             raise InputError(f"{name}: count: expected an integer >= 2, got {described(count)}")
+        # Each value is a scene, with one pair of modes at least.
+        check_memory(f"{name}: count", 16 * count, count)
         first, last = (real_number(f"{name}: {key}", value[key]) for key in ("from", "to"))
         if not np.isfinite([first, last]).all():
             raise InputError(f"{name}: from and to must be finite, got {first:g} and {last:g}")

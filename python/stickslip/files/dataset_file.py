@@ -13,9 +13,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import uuid
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from numbers import Number
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -26,6 +24,7 @@ from stickslip.faults import InputError
 from stickslip.files.csv_dataset import csv_head, csv_text, from_csv
 from stickslip.files.plain_dataset import is_text, join_complex, plain, split_complex
 from stickslip.scene.checks import package
+from stickslip.show.replaced_file import draft_of, replace_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,34 +123,6 @@ def read_dataset(path: str | Path) -> xr.Dataset:
         raise InputError(f"{file}: not readable: {error}") from error
 
 
-def replace_file(path: str | Path, content: bytes | memoryview) -> None:
-    """Write a file under another name and rename it; its mode stays. Devices and pipes are written to."""
-    file = Path(os.path.realpath(path))
-    if file.exists() and not file.is_file():
-        file.write_bytes(content)
-        return
-    with _draft(file) as draft:
-        with draft.open("wb") as handle:
-            if file.exists():
-                # Before the content is there, and while a file that nobody may write to can be written.
-                shutil.copymode(file, draft)
-            handle.write(content)
-        draft.replace(file)
-
-
-@contextmanager
-def _draft(path: Path) -> Iterator[Path]:
-    """Give a name beside a path; what is there at the end is removed."""
-    draft = path.with_name(f"{path.name}.{uuid.uuid4().hex}.partial")
-    try:
-        yield draft
-    finally:
-        if draft.is_dir():
-            shutil.rmtree(draft, ignore_errors=True)
-        else:
-            draft.unlink(missing_ok=True)
-
-
 def _netcdf(dataset: xr.Dataset) -> bytes | memoryview:
     # Without a path xarray returns what it would write.
     single = _without_empty(split_complex(dataset))
@@ -200,7 +171,7 @@ def _write_zarr(dataset: xr.Dataset, path: Path) -> None:
     folder = Path(os.path.realpath(path))
     if folder.exists() and (not (folder / "zarr.json").is_file() or (folder / "complete").exists()):
         raise InputError(f"{path}: expected a new folder or a dataset to replace, it holds something else")
-    with _draft(folder) as draft, _draft(folder) as replaced:
+    with draft_of(folder) as draft, draft_of(folder) as replaced:
         texts = {
             name: variable.astype(object) for name, variable in dataset.variables.items() if is_text(variable)
         }

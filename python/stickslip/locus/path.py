@@ -10,16 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeGuard
 
 import numpy as np
 import scipy.fft
+from scipy.optimize import brentq
 
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
 from stickslip.scene.family import Family
 from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.laws.of_contacts import concerns, law_entry
 from stickslip.scene.scene import Scene
 
@@ -145,7 +148,26 @@ class Interpolation:
         self.proportional = self.is_proportional(scene)
         self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
         self.size = self.known[lower][0].shape[0]
-        return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
+        ends = [lower, *self.knots(lower, upper), upper]
+        pieces = [piece for a, b in pairwise(ends) for piece in self.pieces(a, b, _HALVINGS)]
+        return _core.Path(self.letters, self.size, pieces)
+
+    def knots(self, lower: float, upper: float) -> list[float]:
+        """Return where contacts slide at a speed of their tables, ascending: two cubics of mu meet there.
+
+        These are the speeds that lie between those at the ends of the range.
+        """
+
+        def excess(value: float, contact: int, knot: float) -> float:
+            return abs(self.scene(value).contacts[contact].slider_speed) - knot
+
+        found: set[float] = set()
+        for k, contact in enumerate(self.scene(lower).contacts):
+            for knot in contact.friction.speeds if isinstance(contact.friction, Tabulated) else ():
+                if excess(lower, k, knot) * excess(upper, k, knot) < 0.0:
+                    place = brentq(excess, lower, upper, (k, knot), xtol=1e-300, rtol=4 * np.finfo(float).eps)
+                    found.add(float(place))
+        return sorted(found - {lower, upper})
 
     def scene(self, value: float) -> Scene:
         """Return the scene at a value."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -19,7 +20,7 @@ from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.modes.sparse.region import Region
-from stickslip.scene.checks import Complex, Real, whole_number
+from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.family import Family, Model
 from stickslip.show.progress import tracked, watched
 
@@ -129,6 +130,10 @@ def sweep(
     axes = {name: _distinct(name, value) for name, value in arrays.items()}
     family = Family(model)
     sliding = Sliding(family, combination)
+    points = math.prod(values.size for values in axes.values())
+    size = family.scene({**fixed, **{name: float(values[0]) for name, values in axes.items()}}).size
+    # Of each of 2 n branches: eigenvalue, derivative, frequency, damping ratio, condition, verdicts.
+    check_memory(" and ".join(axes), 2 * 8 * size * points, points)
     attributes: dict[str, Any] = {}
     if region is not None:
         rows = [_along_band(sliding, fixed, axes, region, attributes)]

@@ -13,7 +13,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.motion import energy as energetics
 from stickslip.motion.events import Accumulation, Events, Grazing, labelled
-from stickslip.scene.checks import Names, Real, real_array, real_number, whole_number
+from stickslip.scene.checks import Names, Real, check_memory, real_array, real_number, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
@@ -126,6 +126,9 @@ class Motion(Shown):
         import xarray as xr
 
         inside = whole_number("between", between, 0)
+        # Positions and velocities, two forces and a letter for each contact.
+        width = 2 * self.scene.size + 6 * len(self.scene.contacts)
+        check_memory("between", inside * width * (len(self.events) + 1), between)
         if times is None:
             at, instant = self._instants(inside)
         elif inside:
@@ -322,6 +325,7 @@ class Motion(Shown):
             If `samples` is no integer >= 2.
         """
         number = whole_number("samples", samples, 2)
+        check_memory("samples", number * (2 * self.scene.size + 6 * len(self.scene.contacts)), samples)
         motion = self.sample(np.linspace(0.0, self.duration, number))
         labels = np.array(self.scene.contact_labels())
         return motion.assign(

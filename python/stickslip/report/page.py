@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from stickslip.files.dataset_file import replace_file
+from stickslip.faults import InputError
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
@@ -22,6 +22,7 @@ from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.html import details, facts, number, section, template
+from stickslip.show.replaced_file import replace_file
 
 #: Letters of a scene file up to which the page holds a copy.
 COPIED = 200_000
@@ -92,11 +93,13 @@ def write_report(
     Raises
     ------
     InputError
-        If a setting is ill-posed, or the start does not fit the scene.
+        If a setting is ill-posed, the start does not fit the scene, or the folder does not exist.
     OSError
         If the file cannot be written.
     """
     file = Path(path)
+    if not file.parent.is_dir():
+        raise InputError(f"path: no such folder: {file.parent}")
     begun = time.perf_counter()
     found = findings(
         scene,

@@ -6,6 +6,7 @@ Only type and rank are looked at here; sizes, finiteness and everything physical
 from __future__ import annotations
 
 import numbers
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -29,6 +30,8 @@ Flags = NDArray[np.bool_]
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
 #: A matrix as a user gives it, dense or sparse.
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
+#: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
+THREADS = 1024
 #: Letters of a value that an error message shows.
 WIDTH = 160
 
@@ -101,19 +104,50 @@ def finite_time(argument: str, value: Any, least: float | None = None) -> float:
     raise InputError(f"{argument}: expected {expected}, got {number:g}")
 
 
-def whole_number(argument: str, value: Any, least: int) -> int:
+def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize) -> int:
     """Return `value` as an int.
 
     Raises
     ------
     InputError
-        If `value` is no integer, less than `least`, or beyond 64 bits.
+        If `value` is no integer, less than `least`, or more than `most`, which is the largest of 64 bits.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{argument}: expected an integer >= {least}, got {described(value)}")
-    if value > sys.maxsize:
-        raise InputError(f"{argument}: expected an integer <= {sys.maxsize}, got {described(value)}")
+    if value > most:
+        raise InputError(f"{argument}: expected an integer <= {most}, got {described(value)}")
     return int(value)
+
+
+def check_memory(argument: str, numbers: float, value: Any) -> None:
+    """Refuse work whose results alone, so many numbers of 8 bytes, are more than the memory of this machine.
+
+    Raises
+    ------
+    InputError
+        Naming the argument, its value and the size.
+    """
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        # Where it is not known, as on Windows, nothing of today has more.
+        memory = 2**42
+    if 8.0 * numbers > memory:
+        raise InputError(
+            f"{argument}: {described(value)} would take {8.0 * numbers / 2**30:.3g} GiB, "
+            f"of {memory / 2**30:.3g} GiB of memory"
+        )
+
+
+def thread_count(value: Any) -> int | None:
+    """Return a number of threads; None: one per core.
+
+    Raises
+    ------
+    InputError
+        If `value` is no integer from 1 to `THREADS`.
+    """
+    return None if value is None else whole_number("threads", value, 1, THREADS)
 
 
 def described(value: Any) -> str:

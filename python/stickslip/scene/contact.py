@@ -23,7 +23,7 @@ from stickslip.scene.checks import (
     real_number,
     whole_number,
 )
-from stickslip.scene.laws.friction import Law, law_of
+from stickslip.scene.laws.friction import LAWS, Law, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -173,6 +173,11 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
     if contact.name is not None and not (isinstance(contact.name, str) and contact.name.strip()):
         raise InputError(f"{place}: name: expected a text that is not empty, or None, got {contact.name!r}")
     law = contact.friction if isinstance(contact.friction, Law) else None
+    if law is not None and type(law) not in LAWS.values():
+        raise InputError(
+            f"{place}: friction: {type(law).__name__} is no law of stickslip.friction, for which motions are "
+            "exact; give its values at some speeds, Tabulated(speeds, [law.coefficient(s) for s in speeds])"
+        )
     # The core takes the law at rest beside the law.
     friction = real_number(f"{place}: friction", contact.friction if law is None else law.coefficient(0.0))
     static = contact.static_friction

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -9,6 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
+
+from stickslip.show.replaced_file import replace_file
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
@@ -41,6 +44,8 @@ def quantity(name: object, units: str = "1") -> str:
 def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
+    A file is replaced once the figure is drawn; an error leaves it as it was.
+
     If the figure has several panels, they bear letters. Axes have units that suit what they show.
 
     Parameters
@@ -53,18 +58,32 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
         Pixels per inch of a `.png`, and of the parts that other forms hold as pixels.
     form
         ``png``, ``pdf``, ``svg``, ``eps``; None: by the suffix.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
     import matplotlib
 
     if isinstance(figure, Axes):
         return save(_figure_of(figure), path, dpi, form)
+    if isinstance(path, str | Path):
+        file = Path(path)
+        if not (form or file.suffix):
+            # As matplotlib names a file without suffix.
+            form = str(matplotlib.rcParams["savefig.format"])
+            file = file.with_name(f"{file.name}.{form}")
+        drawn = io.BytesIO()
+        save(figure, drawn, dpi, form or file.suffix[1:])
+        replace_file(file, drawn.getbuffer())
+        return
     readable_units(figure)
     panel_letters(figure)
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
-    kind = Path(path).suffix[1:] if form is None and isinstance(path, str | Path) else form
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=dpi, format=kind or None, metadata=metadata.get(kind or ""))
+        figure.savefig(path, dpi=dpi, format=form, metadata=metadata.get(form or ""))
 
 
 def _figure_of(axes: Axes) -> Figure:

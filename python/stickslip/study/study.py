@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError, StudyError, StudyInterrupted
 from stickslip.locus.asked import interval
-from stickslip.scene.checks import Real, finite_time, real_array, whole_number
+from stickslip.scene.checks import Real, check_memory, finite_time, real_array, whole_number
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
@@ -22,6 +22,7 @@ from stickslip.study.run.store import Layout, Store, opened
 from stickslip.study.sample.evaluation import Evaluation, Labels, Settings
 from stickslip.study.sample.outputs import outputs as listed_outputs
 from stickslip.study.samplers import unit_design
+from stickslip.transient.trajectory import FURTHER
 
 if TYPE_CHECKING:
     import os
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 Sampler: TypeAlias = Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"]
 #: Samples per chunk unless told otherwise: some hundredths of a second of verdicts, some tenths of motions.
 VERDICTS, MOTIONS = 16384, 128
-#: Motion after which one that has not settled is given up, in durations.
-FURTHER = 10.0
 #: Rows tried for the names of dofs and contacts.
 FIRST = 1000
 
@@ -151,6 +150,8 @@ class Study:
                 raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
             return self.parameters.grid()
         self.samples = whole_number("samples", samples, 1)
+        # The design and its values.
+        check_memory("samples", 2 * self.samples * len(self.parameters.names), samples)
         if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
             raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
         width = len(self.parameters.names)

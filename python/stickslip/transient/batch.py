@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Sized
 from dataclasses import dataclass
-from itertools import repeat
+from itertools import repeat, zip_longest
 from typing import Any, Literal
 
 from rich.progress import Progress
@@ -13,7 +13,7 @@ from rich.progress import Progress
 from stickslip import _core
 from stickslip.faults import InputError, StickslipError
 from stickslip.motion.errors import RunError
-from stickslip.scene.checks import Real, whole_number
+from stickslip.scene.checks import Real, thread_count
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import Change, State, change_vector
 from stickslip.show.progress import progress_bar
@@ -23,6 +23,9 @@ from stickslip.transient.trajectory import Trajectory
 #: Runs per thread that are in progress or wait to be handed out: enough that no thread idles when one run
 #: takes as long as fifteen others, and all that is in memory at a time.
 WINDOW = 16
+
+#: Stands for what a sequence that has ended does not give.
+_END: Any = object()
 
 #: A job in progress: its position, its scene, and why it was not even submitted.
 Pending = tuple[int, Scene, StickslipError | None]
@@ -94,7 +97,7 @@ def simulate_many(
     """
     batch = _core.Batch(
         *run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing),
-        None if threads is None else whole_number("threads", threads, 1),
+        thread_count(threads),
     )
     bar = progress_bar(progress)
     total = len(scenes) if isinstance(scenes, Sized) else len(starts) if isinstance(starts, Sized) else None
@@ -178,7 +181,9 @@ def _jobs(
         return iter([(scenes, starts)])  # type: ignore[list-item]
     first: Iterable[Any] = repeat(scenes) if one_scene else _listed("scenes", scenes)
     second: Iterable[Any] = repeat(starts) if one_start else _listed("starts", starts)
-    return _checked(zip(first, second, strict=not (one_scene or one_start)))
+    if one_scene or one_start:
+        return _checked(zip(first, second, strict=False))
+    return _checked(zip_longest(first, second, fillvalue=_END))
 
 
 def _listed(argument: str, given: Any) -> Iterator[Any]:
@@ -189,19 +194,15 @@ def _listed(argument: str, given: Any) -> Iterator[Any]:
 
 
 def _checked(jobs: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Scene, State | None]]:
-    index = 0
-    try:
-        for scene, start in jobs:
-            if not isinstance(scene, Scene):
-                raise InputError(f"scenes[{index}]: expected a Scene, got {scene!r}")
-            if start is not None and not isinstance(start, State):
-                raise InputError(f"starts[{index}]: expected a State, got {start!r}")
-            yield scene, start
-            index += 1
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"starts: expected one per scene, {error}") from None
+    for index, (scene, start) in enumerate(jobs):
+        if scene is _END or start is _END:
+            ended, longer = ("scenes", "starts") if scene is _END else ("starts", "scenes")
+            raise InputError(f"starts: expected one per scene, got {index} {ended} and more {longer}")
+        if not isinstance(scene, Scene):
+            raise InputError(f"scenes[{index}]: expected a Scene, got {scene!r}")
+        if start is not None and not isinstance(start, State):
+            raise InputError(f"starts[{index}]: expected a State, got {start!r}")
+        yield scene, start
 
 
 def _core_start(scene: Scene, start: State | None) -> tuple[Real, Real, str | tuple[str, list[float]]] | None:

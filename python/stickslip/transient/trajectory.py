@@ -9,13 +9,17 @@ from stickslip import _core
 from stickslip.faults import OrbitError
 from stickslip.motion.errors import NotPeriodicError, RunInterrupted
 from stickslip.motion.motion import Motion
-from stickslip.scene.checks import finite_time, real_number
+from stickslip.scene.checks import finite_time
 from stickslip.scene.contact import dof_index
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.cycles.cycle import Cycle
+
+
+#: How much longer a search follows a motion unless told otherwise, in durations of the computed part.
+FURTHER = 10.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,7 +34,7 @@ class Trajectory(Motion):
 
     def limit_cycle(
         self,
-        further: float = 10.0,
+        further: float | None = None,
         method: Literal["auto", "modal", "taylor", "local"] = "auto",
         *,
         time_limit: float | None = None,
@@ -44,7 +48,7 @@ class Trajectory(Motion):
         ----------
         further
             How much longer the motion is followed, s, if the computed part does not show the orbit yet; 0 to
-            look at the computed part only.
+            look at the computed part only. None: ten times the duration of the computed part.
         method
             How phases are propagated, see `simulate`.
         time_limit
@@ -65,15 +69,19 @@ class Trajectory(Motion):
         from stickslip.cycles.cycle import Cycle
 
         patience = None if time_limit is None else finite_time("time_limit", time_limit)
-        kind, core, growth, last = _core.attractor(
-            self.core, finite_time("further", further, 0.0), method, patience
-        )
+        longer = FURTHER * self.duration if further is None else finite_time("further", further, 0.0)
+        kind, core, growth, last = _core.attractor(self.core, longer, method, patience)
         if core is not None:
             return Cycle(self.scene, core)
         ended = self if last is None else replace(self, start=self.state(self.duration), core=last)
         if ended.stop_reason == "interrupted":
             raise RunInterrupted(ended)
         label, message = described(kind, growth, ended.core.stop_message)
+        if label == "undecided" and not len(self.events) and not len(ended.events):
+            message += (
+                "; nothing has happened in it: if it begins in exact steady sliding, it stays there "
+                "however unstable that is, unless the start is disturbed (disturbed_sliding, State.perturbed)"
+            )
         if last is not None and ended.stop_reason == "time_limit":
             message += f" (the time limit of computing, {time_limit:g} s, was reached)"
         raise NotPeriodicError(message, ended, label, growth[0], growth[1])
@@ -113,7 +121,7 @@ class Trajectory(Motion):
         begin: float | None = None,
         end: float | None = None,
         harmonics: int = 64,
-        further: float = 10.0,
+        further: float | None = None,
         samples: int = 2**14,
         window: Any = "hann",
         detrend: Literal["constant", "linear"] | None = "constant",
@@ -155,7 +163,7 @@ class Trajectory(Motion):
             return super().spectrum(
                 dof, begin=begin, end=end, samples=samples, window=window, detrend=detrend
             )
-        cycle = self.limit_cycle(real_number("further", further))
+        cycle = self.limit_cycle(further)
         lines = cycle.harmonics(harmonics).swap_dims(harmonic="frequency")
         lines.attrs.update(method="exact", period=cycle.period)
         return lines if dof is None else lines.isel(dof=dof_index("dof", dof, self.scene.dofs))

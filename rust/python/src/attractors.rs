@@ -9,7 +9,7 @@ use stickslip_core as core;
 use crate::convert::method_named;
 use crate::cycle::{Cycle, failed};
 use crate::errors::raise;
-use crate::interrupt::{detached, listening, until_interrupted};
+use crate::interrupt::{detached, listening, raised, until_interrupted};
 use crate::scene::model::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
@@ -61,6 +61,7 @@ pub fn attractor(
     };
     let found = detached(py, || core::cycles::attractors::settled_from(run, search))?;
     let (attractor, last) = found.map_err(|error| raise(py, &error))?;
+    raised(py)?;
     py.check_signals()?;
     Ok(settled(attractor, last))
 }

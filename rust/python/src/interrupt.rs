@@ -1,8 +1,10 @@
 //! Work that Ctrl-C stops.
 
+use std::cell::RefCell;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use stickslip_core::{Cancel, RunFailure};
 
@@ -11,9 +13,30 @@ use crate::errors::raise_failure;
 /// Between two looks for Ctrl-C.
 pub const PATIENCE: Duration = Duration::from_millis(20);
 
-/// A token for work on the thread that called: it looks for Ctrl-C itself.
-pub const fn listening() -> Cancel {
-    Cancel::asking(|| Python::attach(|py| py.check_signals().is_err()))
+thread_local! {
+    /// What a signal handler raised on this thread while its work went on.
+    static RAISED: RefCell<Option<PyErr>> = const { RefCell::new(None) };
+}
+
+/// A token for work on the thread that called: it looks for signals itself. `raised` then says whether a handler raised
+/// something else than Ctrl-C does.
+pub fn listening() -> Cancel {
+    RAISED.take();
+    Cancel::asking(|| {
+        let heard = Python::attach(|py| py.check_signals());
+        let stop = heard.is_err();
+        RAISED.set(heard.err());
+        stop
+    })
+}
+
+/// The exception of a signal handler that stopped work under a token of `listening`. After Ctrl-C there is none: the
+/// work returns what it has.
+pub fn raised(py: Python<'_>) -> PyResult<()> {
+    match RAISED.take() {
+        Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => Err(error),
+        _ => Ok(()),
+    }
 }
 
 /// What `work` returns, computed while other Python threads run; a panic is a `RunError`.

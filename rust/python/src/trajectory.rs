@@ -10,7 +10,7 @@ use crate::convert::{
     integers, kinds, matrix, method_named, read_record, stops_at_grazing, vector,
 };
 use crate::errors::raise;
-use crate::interrupt::{detached, listening};
+use crate::interrupt::{detached, listening, raised};
 use crate::scene::model::{Scene, StatusInput};
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -65,6 +65,7 @@ impl Trajectory {
         let propagators = &scene.propagators;
         let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
             .map_err(|error| raise(py, &error))?;
+        raised(py)?;
         Ok(Self::new(run))
     }
 

@@ -10,6 +10,7 @@ import click
 import stickslip as ss
 from stickslip.cli.exits import INTERRUPTED
 from stickslip.cli.options import Number, loaded, motion_options, naming
+from stickslip.show.replaced_file import replace_file
 
 
 @click.command()
@@ -79,6 +80,5 @@ def listen(case: ss.Case, settings: dict[str, Any], contact: str, out: Path) -> 
     if out.suffix != ".wav":
         raise click.BadParameter(f"expected a file .wav, got {str(out)!r}", param_hint="-o / --output")
     run = case.simulate(**settings)
-    with naming(out):
-        out.write_bytes(sound(run, contact))
+    replace_file(out, sound(run, contact))
     click.echo(f"wrote {out}: {run.duration:g} s of contact {contact}")

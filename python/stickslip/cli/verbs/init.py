@@ -10,6 +10,7 @@ import click
 
 import stickslip as ss
 from stickslip.cli.options import loaded, scene_argument, waiting
+from stickslip.show.replaced_file import replace_file
 
 if TYPE_CHECKING:
     from stickslip.fe.reduced.model import Boundary
@@ -37,7 +38,7 @@ def init(scene: Path, model: str, force: bool) -> None:
     if scene.exists() and not force:
         raise click.UsageError(f"{scene} exists; --force replaces it")
     text = files("stickslip.cli").joinpath(f"templates/{model}.toml").read_text(encoding="utf-8")
-    scene.write_text(text, encoding="utf-8")
+    replace_file(scene, text.encode())
     click.echo(f"wrote {scene}", err=True)
 
 

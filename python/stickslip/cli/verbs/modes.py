@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 @click.option(
     "--near",
     multiple=True,
-    type=float,
+    type=click.FloatRange(min=0.0),
     metavar="HZ",
     help="Frequency in Hz: compute only the modes nearest to it.",
 )

@@ -12,6 +12,7 @@ import click
 from stickslip.cli.exits import NEGATIVE
 from stickslip.cli.options import Number, console, dpi_option, save_figure
 from stickslip.show.progress import tracked
+from stickslip.show.replaced_file import replace_file
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -60,7 +61,7 @@ def reproduce(out: Path | None, as_json: bool, dpi: int) -> None:
         out_console.print(f"{len(found)} quantities: {counts}")
     if out is not None:
         written = write_figures(out, dpi)
-        (out / "comparison.json").write_text(text + "\n", encoding="utf-8")
+        replace_file(out / "comparison.json", f"{text}\n".encode())
         for path in [*written, out / "comparison.json"]:
             click.echo(f"wrote {path}", err=True)
     if differing:

@@ -13,6 +13,8 @@ from stickslip.cli.options import (
     answer_options,
     motion_options,
     show,
+    steadily_sliding,
+    time_limit_option,
     waiting,
 )
 from stickslip.scene.contact import dof_index
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 @click.command()
 @motion_options
 @click.option("--max-events", type=int, help="Stop after so many events.")
-@click.option("--time-limit", type=float, help="Stop after so many seconds of computing.")
+@time_limit_option
 @click.option(
     "--samples",
     type=Number(min=2),
@@ -76,6 +78,12 @@ def simulate(
             give(error.partial)
         raise
     give(run)
+    if steadily_sliding(case) and not len(run.events):
+        click.echo(
+            "hint: the run begins in exact steady sliding and stays there, stable or not; "
+            "--start velocity.DOF=METRES_PER_SECOND disturbs it",
+            err=True,
+        )
 
 
 def _figure(run: ss.types.Motion, dofs: tuple[str, ...]) -> Figure:

@@ -11,7 +11,7 @@ import scipy.optimize
 
 from stickslip import _core
 from stickslip.cycles.bifurcation import table
-from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checked_cycle
+from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checked_cycle, first_orbit
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, between
@@ -161,7 +161,7 @@ def trace_branch(
     name, begin, end, scene_at = between(trace_branch, source, over, parameters)
     low, high = min(begin, end), max(begin, end)
     curve = Curve(scene_at, high - low)
-    first = cycle.continued(scene_at(begin))
+    first = first_orbit(cycle, name, begin, scene_at)
     place = curve.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
     placed: list[Placed] = [(begin, first)]
     folds: list[BranchPoint] = []

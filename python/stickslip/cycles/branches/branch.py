@@ -12,7 +12,7 @@ from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
-from stickslip.scene.family import Model
+from stickslip.scene.family import Family, Model
 from stickslip.show.summary import Summary
 
 #: Halvings of a step along a branch before it counts as ended.
@@ -157,6 +157,27 @@ def checked_cycle(cycle: Any) -> None:
     if not isinstance(cycle, Cycle):
         hint = "; its limit cycle is .limit_cycle()" if hasattr(cycle, "limit_cycle") else ""
         raise InputError(f"cycle: expected a Cycle, got {described(cycle)}{hint}")
+
+
+def first_orbit(cycle: Cycle, name: str, value: float, scene_at: SceneAt) -> Cycle:
+    """Return the orbit at the first value of a branch, from the cycle where it begins.
+
+    Raises
+    ------
+    OrbitError
+        If Newton's method does not find it; the message says where to begin.
+    """
+    try:
+        return cycle.continued(scene_at(value))
+    except OrbitError as error:
+        try:
+            own = f", {Family(cycle.scene).value(name):g}"
+        except InputError:
+            own = ""
+        raise OrbitError(
+            f"{name}: no orbit is found at the first value, {value:g} ({error}); "
+            f"begin at the value of the cycle{own}"
+        ) from error
 
 
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:

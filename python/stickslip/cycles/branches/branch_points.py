@@ -9,7 +9,7 @@ import numpy as np
 import scipy.optimize
 
 from stickslip.cycles.branches.arclength import fold_near
-from stickslip.cycles.branches.branch import BranchPoint, Kind, Placed, checked_cycle, continued
+from stickslip.cycles.branches.branch import BranchPoint, Kind, Placed, checked_cycle, continued, first_orbit
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import OrbitError
 from stickslip.locus.asked import SceneAt, between
@@ -74,7 +74,7 @@ def branch_points(
     name, begin, end, scene_at = between(branch_points, source, over, parameters)
     values = np.linspace(begin, end, steps + 1)
     points: list[BranchPoint] = []
-    before = (float(values[0]), cycle.continued(scene_at(float(values[0]))))
+    before = (float(values[0]), first_orbit(cycle, name, float(values[0]), scene_at))
     for value in values[1:]:
         try:
             after = (float(value), continued(before, float(value), scene_at))

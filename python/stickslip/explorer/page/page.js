@@ -275,8 +275,9 @@ const options = (id, pairs, chosen) => by(id).append(...pairs.map(([value, text]
 
 function makeControls() {
   const names = [...Object.keys(scene.joint), ...scene.knobs.map((knob) => knob.name)], named = names.map((n) => [n, n.replaceAll("_", " ")]);
-  const first = ["friction", "friction_0"].find((n) => names.includes(n)) || names[0];
-  const second = ["slider_speed", "slider_speed_0"].find((n) => names.includes(n)) || names.find((n) => n !== first);
+  const first = ["friction", "friction_0"].find((n) => names.includes(n)) || names.find((n) => n.startsWith("friction_")) || names[0];
+  const apart = (name) => names.includes(name) && !singles(name).some((one) => singles(first).includes(one));
+  const second = ["slider_speed", "slider_speed_0", ...names].find(apart);
   Object.assign(state, { x: first, y: second, start: scene.start });
   options("x", named, first);
   options("y", named, second);

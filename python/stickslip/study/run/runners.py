@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import Any, TypeAlias
 
 from stickslip.faults import InputError, StickslipError
-from stickslip.scene.checks import Real, whole_number
+from stickslip.scene.checks import Real, thread_count
 from stickslip.study.sample.evaluation import Columns, Evaluation
 
 #: A chunk and its rows of parameters.
@@ -45,15 +45,15 @@ def chosen(count: int | None, pool: concurrent.futures.Executor | None, client: 
         return executor(pool)
     if client is not None:
         return dask(client)
-    return threads(None if count is None else whole_number("threads", count, 1))
+    return threads(thread_count(count))
 
 
 def threads(count: int | None) -> Runner:
-    """Return the runner on threads of this process; None: one per core."""
+    """Return the runner on threads of this process, never more than a chunk has rows; None: one per core."""
 
     def run(evaluation: Evaluation, tasks: Iterable[Task]) -> Iterator[Result]:
         for chunk, rows in tasks:
-            yield chunk, evaluation.columns(rows, count)
+            yield chunk, evaluation.columns(rows, None if count is None else min(count, len(rows)))
 
     return run
 
