@@ -648,3 +648,24 @@ def test_two_sliders_of_one_speed(seed, method):
     assert (run.events.kind == "velocity").all()
     letters = ["-s", "+s"] if ahead else ["+s", "-s"]
     assert list(run.events.combination) == [letters[k % 2] for k in range(zeros.size)]
+
+
+def test_a_body_that_sticks_at_very_many_points_names_the_limit_that_it_meets():
+    """Sticking never depends on the split of forces; the inequalities of splits that hold are too many."""
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-1.0, 1.0, (80, 2)) / 16.0
+    ways = rng.uniform(0.0, np.pi, 80)
+    contacts = [
+        ss.Contact(
+            tangential=[np.cos(way), np.sin(way), 0.0, 0.0, 0.0, x * np.sin(way) - y * np.cos(way)],
+            normal=[0.0, 0.0, 1.0, x, y, 0.0],
+            friction=0.3,
+        )
+        for (x, y), way in zip(points, ways, strict=True)
+    ]
+    force = [1.0, 2.0, -100.0, 0.05, 0.07, 0.0]
+    stiffness = np.diag([1e6, 1e6, 1e4, 200.0, 200.0, 200.0])
+    mass = [1.0, 1.0, 1.0, 1e-3, 1e-3, 1e-3]
+    scene = ss.Scene(mass, stiffness, force=force, contacts=contacts, impact_friction=True)
+    with pytest.raises(ss.InputError, match="more than 1000 inequalities, the most that are followed"):
+        ss.simulate(scene, ss.State(np.zeros(6), np.zeros(6), "s" * 80), 1e-3)

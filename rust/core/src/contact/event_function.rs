@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 
 use crate::contact::contact_forces::{contact_forces, dependent_forces, reaction};
-use crate::contact::coupled::dependent::eliminated;
+use crate::contact::coupled::dependent::{MOST, eliminated};
 use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
@@ -216,7 +216,7 @@ fn undetermined_functions(
         normal * free[(2 * i + 1, k)] + tangential * free[(2 * i, k)]
     });
     let inequalities = eliminated(&b)
-        .ok_or_else(|| Error::DependentForces { combination: combination.to_string() })?;
+        .ok_or_else(|| Error::ManySplits { combination: combination.to_string(), most: MOST })?;
     let mut functions = Vec::new();
     for factors in inequalities {
         let parts = factors.iter().flat_map(|&(j, factor)| {

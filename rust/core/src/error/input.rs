@@ -170,6 +170,16 @@ pub enum Error {
         /// The combination, one letter per contact.
         combination: String,
     },
+    /// Closed contacts share their forces in a way that takes more inequalities to state than are followed.
+    #[error(
+        "combination {combination:?}: the directions of its closed contacts depend on each other, and that some split of their forces holds takes more than {most} inequalities, the most that are followed; give fewer contacts, or give these a stiffness"
+    )]
+    ManySplits {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// The largest number of inequalities that are followed.
+        most: usize,
+    },
     /// A status combination has an unknown letter or the wrong length.
     #[error(
         "combination: expected one letter of '+', '-', 's', 'd' per contact ({contacts} in all), got {got:?}"

@@ -159,6 +159,7 @@ impl Motion {
                 if law.reach(self.bases[self.current].scene(&self.scene), operator, time) {
                     law.state(operator, time - law.start(), q, u);
                 } else {
+                    // The motion has left the range of numbers before, or its law has ended: there is no state.
                     [q, u].into_iter().for_each(|half| half.fill(f64::NAN));
                     return;
                 }

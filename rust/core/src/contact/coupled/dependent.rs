@@ -10,7 +10,7 @@ const RANK: f64 = 1e-10;
 /// Entry of a pseudo-inverse, relative to the largest, that is rounding.
 const UNTIED: f64 = 1e-14;
 /// Largest number of inequalities that an elimination keeps: some seconds of work; it is given up if there are more.
-const MOST: usize = 1_000;
+pub(crate) const MOST: usize = 1_000;
 
 /// Forces of contacts as a map of their reactions, and the forces that nothing determines.
 ///

@@ -130,6 +130,7 @@ impl Problem {
         if !self.nodes.iter().any(ends) {
             return;
         }
+        // Without forces the slips keep their rounding, and what is found with it is verified all the same.
         let Some(forces) = self.linear.forces(before) else { return };
         let rates = &self.linear.w * forces;
         for k in (0..self.nodes.len()).filter(|&k| ends(&self.nodes[k])) {

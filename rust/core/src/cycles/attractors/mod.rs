@@ -6,6 +6,7 @@ pub(crate) mod forced;
 pub(crate) mod lyapunov;
 pub(crate) mod recurrence;
 pub(crate) mod rest;
+mod rotation;
 pub(crate) mod search;
 pub(crate) mod smooth;
 

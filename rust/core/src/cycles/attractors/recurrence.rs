@@ -9,6 +9,7 @@
 //! that counts them would recur.
 
 use crate::contact::event_kind::EventKind;
+use crate::cycles::attractors::rotation::rotated;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::passages::{jumps_alone, passages};
@@ -321,25 +322,6 @@ pub(crate) fn state_of(
 ) -> crate::scene::model::State {
     let (q, u) = state.split_at(orbit.scene().size);
     orbit.scene().state(q, u, combination)
-}
-
-/// The same orbit from the section at which its combinations come first in the alphabet.
-fn rotated(mut orbit: Orbit) -> Orbit {
-    let count = orbit.steps.len();
-    let names: Vec<String> = orbit.steps.iter().map(|step| step.combination.to_string()).collect();
-    let rotation = |first: usize| (0..count).map(move |k| (first + k) % count);
-    let best = (0..count)
-        .filter(|&k| orbit.lasts(k))
-        .min_by(|&a, &b| {
-            let sequence = |first| rotation(first).map(|k| names[k].as_str());
-            sequence(a).cmp(sequence(b)).then_with(|| {
-                let durations = |first| rotation(first).map(|k| orbit.steps[k].duration);
-                durations(b).partial_cmp(durations(a)).unwrap_or(std::cmp::Ordering::Equal)
-            })
-        })
-        .unwrap_or_default();
-    orbit.steps.rotate_left(best);
-    orbit
 }
 
 #[cfg(test)]
