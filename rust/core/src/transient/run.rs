@@ -105,8 +105,8 @@ impl<'a> Run<'a> {
         trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis });
         trajectory.states.push(q, u, &settlement.departures);
         trajectory.end = time.seconds;
-        if controls.max_events.is_some_and(|most| trajectory.events.len() >= most) {
-            return Ok(Some(StopReason::MaxEvents));
+        if let Some(reason) = controls.enough(trajectory.events.len(), time.seconds) {
+            return Ok(Some(reason));
         }
         self.state.until = self.next_switch();
         let departures = departing.then_some(&settlement.departures[..]);
