@@ -245,3 +245,35 @@ def test_an_empty_interval_is_all_zero(standard):
     run = ss.simulate(standard.scene, standard.start, 0.5)
     balance = run.balance(0.2, 0.2)
     assert (balance.stored, balance.contact, balance.damping, balance.residual) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("stiffness", "closes"), [(1e8, True), (8e15, False)])
+def test_a_balance_that_does_not_close_says_so(stiffness, closes):
+    """Two masses tied by a spring 8e11 times stiffer than their own lose 12 digits of their place.
+
+    Half a ulp of 8e15 N/m is 0.5 N/m of the 1e4 N/m that carry the centre: 5e-5 of them.
+    """
+    tie = np.zeros((4, 4))
+    tie[:2, :2] = [[1.0, -1.0], [-1.0, 1.0]]
+    rubs = {"friction": 0.3, "static_friction": 0.6, "slider_speed": 0.1}
+    scene = ss.Scene(
+        np.ones(4),
+        np.diag([1e4, 1e4, 1e5, 1e5]) + stiffness * tie,
+        damping=ss.Proportional(mass=1.0),
+        force=[0.0, 0.0, -100.0, -100.0],
+        contacts=[ss.Contact(tangential=k, normal=2 + k, **rubs) for k in (0, 1)],
+    )
+    rest = ss.sliding_equilibrium(scene)
+    start = ss.State(rest.position, [0.05, 0.05, 0.0, 0.0], "++")
+    balance = ss.simulate(scene, start, 0.02).balance()
+    assert balance.closes == closes
+    for text in (repr(balance), str(balance.summary())):
+        assert ("does not close" in text) == (not closes), text
+
+
+def test_a_free_vibration_does_no_work_and_its_balance_closes():
+    """After a period nothing has changed: the residual is rounding of the energy, not of the work."""
+    scene = ss.Scene([1.0], [[(2 * np.pi) ** 2]])
+    balance = ss.simulate(scene, ss.State([1.0], [0.0], ""), 1.0).balance()
+    assert balance.turnover == 0.0
+    assert balance.closes

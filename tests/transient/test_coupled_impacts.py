@@ -261,3 +261,17 @@ def test_thousands_of_coupled_impacts_leave_the_balance_closed(seed):
     assert len(run.events) > 1000
     # Of 1e4 phases, each of which rounds its energy to 1e-16 with either sign.
     assert abs(balance.residual) <= 2e-13 * balance.turnover
+
+
+def test_errors_of_a_coupled_mass_name_the_way_out():
+    """One contact whose two directions mass couples: an error that speaks of other contacts would not fit."""
+    mass, stiffness = [[1.0, 0.3], [0.3, 1.0]], np.diag([1e4, 1e4])
+    rubs = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0)
+    scene = ss.Scene(mass, stiffness, force=[0.0, -10.0], contacts=[rubs])
+    start = ss.sliding_equilibrium(scene)
+    with pytest.raises(ss.InputError, match=r"impact_friction: .* directions of contacts.*Body\.lumped\(\)"):
+        ss.simulate(scene, start, 0.01)
+    springs = {"normal_stiffness": 1e6, "tangential_stiffness": 1e6}
+    sprung = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0, **springs)
+    with pytest.raises(ss.InputError, match=r"mass: .*Body\.lumped\(\) or fe\.reduce\(boundary='massless'\)"):
+        ss.Scene(mass, stiffness, force=[0.0, -10.0], contacts=[sprung])

@@ -57,6 +57,8 @@ class Balance(Shown):
         bounces.
     residual
         Difference of both sides: rounding, unless `accumulation_tolerance` cut bounces short.
+    level
+        Kinetic and elastic energy at both ends together, whose rounding is part of the residual.
     contacts
         Terms over (contact, status): ``work`` on the structure, ``slider`` work, ``friction_heat`` = slider
         less work, ``wear`` (Archard's integral of ``N |s|``, N m; impacts do not count), and ``time`` in that
@@ -80,6 +82,7 @@ class Balance(Shown):
     dampers: dict[str, float]
     impact: float
     residual: float
+    level: float
     contacts: xr.Dataset
     combinations: xr.Dataset
     states: int
@@ -108,6 +111,15 @@ class Balance(Shown):
         others = [self.external, self.circulatory, self.damping]
         return fsum(np.abs([*by_contact, *others, *np.concatenate(impacts)]))
 
+    @property
+    def closes(self) -> bool:
+        """Whether the residual is small: at most 1e-6 of the turnover and 1e-9 of the level.
+
+        A larger one is named where the balance is printed. Then stiffnesses differ so much that the motion
+        has lost its digits, or `accumulation_tolerance` cut bounces short.
+        """
+        return abs(self.residual) <= 1e-6 * self.turnover + 1e-9 * self.level
+
     def rows(self) -> list[tuple[str, float, str]]:
         """Return the terms of the balance: name, value with the sign it enters with, J, and its parts."""
         return [
@@ -118,8 +130,12 @@ class Balance(Shown):
             *([("circulatory", self.circulatory, "")] if self.circulatory else []),
             ("damping", -self.damping, ""),
             ("impact", -self.impact, ""),
-            ("residual", self.residual, ""),
+            ("residual", self.residual, "" if self.closes else f"  ({self._gap()})"),
         ]
+
+    def _gap(self) -> str:
+        part = f", {abs(self.residual) / self.turnover:.1e} of the turnover" if self.turnover else ""
+        return f"the balance does not close{part}"
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw every work as a bar; work into the structure is positive.
@@ -168,7 +184,8 @@ class Balance(Shown):
         """Return a table of the works."""
         caption = f"Energy from {self.start:g} s to {self.end:g} s"
         rows = [(name, value) for name, value, _ in self.rows()]
-        return Summary(tables=[Table(caption, ("", "work, J"), rows)])
+        facts = [] if self.closes else [("residual", self._gap())]
+        return Summary(facts, [Table(caption, ("", "work, J"), rows)])
 
     def __repr__(self) -> str:
         width = max(10, *(len(name) for name, *_ in self.rows()))
@@ -231,6 +248,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
     impact = fsum([*works.impact_normal, *works.impact_friction, *(-works.impact_slider)])
     terms = [*works.contact.ravel(), *works.external, *works.circulatory, *(-works.damping.ravel())]
     taken = [*works.impact_normal, *works.impact_friction, *(-works.impact_slider)]
+    ends = _core.energy(core, np.array([start, end]))
     return Balance(
         start=start,
         end=end,
@@ -244,6 +262,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
         dampers={name: fsum(column) for name, column in zip(works.groups, works.damping.T, strict=True)},
         impact=impact,
         residual=fsum([works.kinetic, works.elastic, *(-np.array(terms)), *taken]),
+        level=fsum([*ends["kinetic"], *ends["elastic"]]),
         contacts=contacts,
         combinations=_combinations(works, labels),
         states=works.states,

@@ -41,7 +41,7 @@ def simulate(
         series, of which an event restarts only those that it can reach. The motion is the same to rounding;
         beyond some 200 coordinates ``auto`` takes it.
     max_events
-        Stop after that many events; None: no limit.
+        Stop after that many events; None: ten million events are an error, before they fill the memory.
     time_limit
         Stop after that much wall-clock time, s; None: no limit.
     accumulation_tolerance

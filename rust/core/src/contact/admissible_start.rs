@@ -13,7 +13,8 @@ use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
 
-/// Relative tolerance to which a start state may miss the constraints of its combination.
+/// Relative tolerance to which a start state may miss the constraints of its combination: a state written with ten digits
+/// meets it.
 const START_TOLERANCE: f64 = 1e-9;
 
 /// (N, T) of every contact in a state, refused if it penetrates or violates its combination.

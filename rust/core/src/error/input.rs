@@ -417,9 +417,9 @@ pub enum Error {
         /// Relative residual of the first mode that did not converge, -; NaN where the iteration gave no eigenvalue.
         residual: f64,
     },
-    /// `impact_friction` is false though mass couples the contacts of the scene.
+    /// `impact_friction` is false though mass couples directions of contacts of the scene.
     #[error(
-        "impact_friction: must be true where mass couples contacts, as here; an impulse on one contact moves the others, so their tangential velocities can't stay unchanged"
+        "impact_friction: must be true where mass couples directions of contacts, as here: an impulse in a normal direction changes tangential velocities, which therefore can't stay unchanged; or give the dofs of contacts lumped mass by Body.lumped(), or by fe.reduce(boundary='lumped') or 'massless'"
     )]
     CoupledImpacts,
     /// A time asked for lies outside the computed motion.

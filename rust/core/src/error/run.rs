@@ -108,6 +108,16 @@ pub enum RunFailure {
         /// What happened, and the remedy.
         reason: &'static str,
     },
+    /// A run that states no `max_events` has come to as many as fit in memory.
+    #[error(
+        "{events} events by t = {time} s, as many as a run without max_events may have; a larger max_events allows more, and accumulation_tolerance ends series of bounces early"
+    )]
+    TooManyEvents {
+        /// Number of events so far.
+        events: usize,
+        /// Time of the last one, s.
+        time: f64,
+    },
     /// Why a motion read back from its record could not be continued, in the words of then.
     #[error("{0}")]
     Recorded(String),

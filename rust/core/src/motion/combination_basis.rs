@@ -220,7 +220,12 @@ impl CombinationBasis {
             Propagator::Law(operator) => operator.numbers(),
             Propagator::Blocks(parts) => parts.len(),
         };
-        propagator + 2 * terms.sum::<usize>()
+        let fitted = self.fitted.as_ref().map_or(0, |scene| {
+            let matrices = [&scene.mass, &scene.damping, &scene.stiffness];
+            // An index stands beside each value.
+            2 * matrices.map(|matrix| matrix.entries()).iter().sum::<usize>()
+        });
+        propagator + 2 * terms.sum::<usize>() + fitted
     }
 
     pub fn is_modal(&self) -> bool {

@@ -17,6 +17,8 @@ use crate::scene::model::Scene;
 
 /// Number of bases that a motion remembers.
 const REMEMBERED: usize = 16;
+/// Numbers that the bases at hand of a motion may hold in all: 32 MB, beside those that the propagators keep.
+pub(crate) const HELD: usize = 1 << 22;
 
 /// A phase in progress, with buffers that serve one phase after the other.
 #[derive(Debug)]
@@ -75,7 +77,8 @@ impl Motion {
     pub fn restart(&mut self, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) {
         self.current =
             self.bases.iter().position(|known| Arc::ptr_eq(known, basis)).unwrap_or_else(|| {
-                if self.bases.len() == REMEMBERED {
+                let numbers: usize = self.bases.iter().map(|basis| basis.numbers()).sum();
+                if self.bases.len() == REMEMBERED || numbers > HELD {
                     self.bases.clear();
                 }
                 self.bases.push(Arc::clone(basis));

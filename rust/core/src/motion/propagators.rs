@@ -16,9 +16,9 @@ use crate::scene::model::Scene;
 use crate::scene::partition::{Block, blocks_of};
 use crate::scene::status::Combination;
 
-/// Numbers that the kept combinations may hold in all: 4096 modal bases of 20 coordinates, about 64 MB.
+/// Numbers that the kept combinations may hold in all: 256 MB.
 /// When a new one exceeds it, those used longest ago are dropped.
-const KEPT: usize = 4096 * 20 * 20;
+const KEPT: usize = 1 << 25;
 
 /// A scene and the propagators of its combinations, found when a combination is first reached and kept.
 #[derive(Debug)]
@@ -44,13 +44,23 @@ pub(crate) struct Part {
 #[derive(Debug)]
 struct Memory {
     known: LruCache<(Combination, Wanted), Arc<CombinationBasis>>,
-    /// Sum of their sizes.
+    /// Sum of their sizes, and how large it may be.
     numbers: usize,
+    most: usize,
+    /// Every combination ever kept.
+    #[cfg(test)]
+    ever: Vec<std::sync::Weak<CombinationBasis>>,
 }
 
 impl Default for Memory {
     fn default() -> Self {
-        Self { known: LruCache::unbounded(), numbers: 0 }
+        Self {
+            known: LruCache::unbounded(),
+            numbers: 0,
+            most: KEPT,
+            #[cfg(test)]
+            ever: Vec::new(),
+        }
     }
 }
 
@@ -65,8 +75,10 @@ impl Memory {
             return Arc::clone(earlier);
         }
         self.numbers += basis.numbers();
+        #[cfg(test)]
+        self.ever.push(Arc::downgrade(&basis));
         self.known.put(key, Arc::clone(&basis));
-        while self.numbers > KEPT && self.known.len() > 1 {
+        while self.numbers > self.most && self.known.len() > 1 {
             if let Some((_, oldest)) = self.known.pop_lru() {
                 self.numbers -= oldest.numbers();
             }
@@ -167,6 +179,19 @@ impl Propagators {
             condensed: None,
             fitted: None,
         })
+    }
+
+    /// Numbers that the kept combinations may hold in all from now on.
+    #[cfg(test)]
+    pub(crate) fn keep_at_most(&self, numbers: usize) {
+        self.memory().most = numbers;
+    }
+
+    /// How many bases were computed, and how many of them are still in memory.
+    #[cfg(test)]
+    pub(crate) fn computed_and_alive(&self) -> (usize, usize) {
+        let ever = &self.memory().ever;
+        (ever.len(), ever.iter().filter(|basis| basis.strong_count() > 0).count())
     }
 
     fn memory(&self) -> MutexGuard<'_, Memory> {

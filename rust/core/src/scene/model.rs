@@ -123,7 +123,7 @@ impl Scene {
         if !massless.is_empty() && !mass.is_diagonal() {
             return Err(unfit(
                 "mass",
-                "a diagonal one, as some dofs have none or contacts are compliant",
+                "a diagonal one, as by Body.lumped() or fe.reduce(boundary='massless'), since some dofs have none or contacts are compliant",
                 "a mass that couples dofs".into(),
             ));
         }

@@ -9,6 +9,7 @@ use crate::motion::propagators::Propagators;
 use crate::scene::status::{Combination, Status};
 use crate::transient::run_state::RunState;
 use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::used_bases::UsedBasis;
 
 /// Combinations that a run looks up by comparing statuses; those met later by their hash.
 const COMPARED: usize = 24;
@@ -109,7 +110,7 @@ impl<'a> MetCombinations<'a> {
     ) -> Result<usize, Error> {
         let (basis, computed) = self.propagators.basis(combination, wanted)?;
         trajectory.counters.combinations += usize::from(computed);
-        trajectory.bases.push(basis);
+        trajectory.bases.push(UsedBasis::new(&basis, wanted));
         Ok(trajectory.bases.len() - 1)
     }
 }

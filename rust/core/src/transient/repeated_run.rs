@@ -11,6 +11,7 @@ use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::model::{Phase, Repetition, Trajectory};
+use crate::transient::trajectory::used_bases::HeldBases;
 
 /// How a run is repeated.
 pub(crate) fn repetition(duration: f64, controls: &Controls<'_>) -> Repetition {
@@ -32,7 +33,8 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
         controls,
     );
     let Phase { start, rest, basis } = &trajectory.phases[first];
-    let basis = &trajectory.bases[*basis];
+    let mut held = HeldBases::default();
+    let basis = held.get(trajectory, *basis);
     run.state.time = Clock { seconds: *start, rest: *rest };
     let switches = trajectory.events.iter().filter(|event| event.kind == EventKind::Load);
     for _ in switches.take_while(|event| event.phase <= first) {
@@ -66,7 +68,7 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
         let settled = run.settle(&search, &mut settlement, &series);
         debug_assert!(settled.is_ok());
         run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
-        let basis = &trajectory.bases[trajectory.phases[phase].basis];
+        let basis = held.get(trajectory, trajectory.phases[phase].basis);
         let RunState { scene, q, u, .. } = &mut run.state;
         complete(scene, basis, &mut settlement, q, u);
         motion.restart(basis, q, u);

@@ -23,11 +23,13 @@ use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
 use crate::transient::trajectory::events::{Event, StopReason};
 use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
 use crate::transient::trajectory::model::{Phase, Trajectory};
+use crate::transient::trajectory::used_bases::HeldBases;
 
 /// A run in progress.
 pub(crate) struct Run<'a> {
     pub state: RunState<'a>,
     met: MetCombinations<'a>,
+    held: HeldBases,
 }
 
 /// Data that a run carries from one phase to the next beside its state.
@@ -68,12 +70,13 @@ impl<'a> Run<'a> {
                 trajectory,
             },
             met: MetCombinations::new(propagators, method),
+            held: HeldBases::default(),
         }
     }
 
     pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
         let current = self.met.meet(&mut self.state, combination.statuses())?;
-        let basis = &self.state.trajectory.bases[self.met.basis(current)];
+        let basis = self.held.get(&self.state.trajectory, self.met.basis(current));
         Ok(Progress {
             current,
             settlement: Settlement {
@@ -102,8 +105,8 @@ impl<'a> Run<'a> {
         trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis });
         trajectory.states.push(q, u, &settlement.departures);
         trajectory.end = time.seconds;
-        if controls.max_events.is_some_and(|most| trajectory.events.len() >= most) {
-            return Ok(Some(StopReason::MaxEvents));
+        if let Some(reason) = controls.enough(trajectory.events.len(), time.seconds) {
+            return Ok(Some(reason));
         }
         self.state.until = self.next_switch();
         let departures = departing.then_some(&settlement.departures[..]);
@@ -163,7 +166,7 @@ impl<'a> Run<'a> {
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
         let RunState { scene, trajectory, q, u, .. } = &mut self.state;
-        let basis = &trajectory.bases[self.met.basis(*current)];
+        let basis = self.held.get(trajectory, self.met.basis(*current));
         complete(scene, basis, settlement, q, u);
         motion.restart(basis, q, u);
         Ok(None)
@@ -183,7 +186,7 @@ impl<'a> Run<'a> {
         if let Some(phase) = trajectory.phases.last_mut() {
             phase.basis = basis;
         }
-        motion.restart(&trajectory.bases[basis], q, u);
+        motion.restart(self.held.get(trajectory, basis), q, u);
         Ok(())
     }
 

@@ -5,15 +5,20 @@ use std::time::Instant;
 
 use crate::error::cancel::Cancel;
 use crate::error::input::Error;
+use crate::error::run::RunFailure;
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::model::Trajectory;
 
+/// Events that a run without `max_events` may have: with their phases and states about 1 GB, so that endless bounces end with
+/// the motion so far before memory is full.
+pub(crate) const MOST_EVENTS: usize = 10_000_000;
+
 /// Limits and options of a run.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Controls<'a> {
-    /// Events after which a run stops.
+    /// Events after which a run stops. None: [`MOST_EVENTS`], which are a failure.
     pub max_events: Option<usize>,
     /// Wall-clock seconds.
     pub time_limit: Option<f64>,
@@ -38,6 +43,15 @@ impl Controls<'_> {
         }
         let late = self.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() > limit);
         late.then_some(StopReason::TimeLimit)
+    }
+
+    /// Why the run stops after so many events, the last of them at `time`.
+    pub(crate) fn enough(&self, events: usize, time: f64) -> Option<StopReason> {
+        match self.max_events {
+            Some(most) => (events >= most).then_some(StopReason::MaxEvents),
+            None => (events >= MOST_EVENTS)
+                .then_some(StopReason::Failed(RunFailure::TooManyEvents { events, time })),
+        }
     }
 
     pub(crate) fn validate(&self) -> Result<(), Error> {
@@ -85,5 +99,21 @@ impl RunState<'_> {
         let by_events = self.controls.max_events.map_or(0.0, |most| events / most as f64);
         let duration = self.duration;
         move |time| (time / duration).max(by_events)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_without_a_limit_end_as_a_failure_before_memory_is_full() {
+        let stated = Controls { max_events: Some(2 * MOST_EVENTS), ..Controls::default() };
+        assert_eq!(stated.enough(MOST_EVENTS, 1.0), None);
+        assert_eq!(stated.enough(2 * MOST_EVENTS, 1.0), Some(StopReason::MaxEvents));
+        let silent = Controls::default();
+        assert_eq!(silent.enough(MOST_EVENTS - 1, 1.0), None);
+        let failure = RunFailure::TooManyEvents { events: MOST_EVENTS, time: 1.0 };
+        assert_eq!(silent.enough(MOST_EVENTS, 1.0), Some(StopReason::Failed(failure)));
     }
 }

@@ -19,7 +19,7 @@ use crate::transient::local::march::March;
 use crate::transient::parts::{in_whole, put_together};
 use crate::transient::repeated_run::repetition;
 use crate::transient::run::{Progress, Run};
-use crate::transient::run_state::Controls;
+use crate::transient::run_state::{Controls, MOST_EVENTS};
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::kept_states::KEPT;
 use crate::transient::trajectory::model::Trajectory;
@@ -69,7 +69,6 @@ pub fn simulate(
         let statuses = block.statuses(&start.combination);
         runs.push(PartRun::new(propagators, state, &statuses, duration, method, controls)?);
     }
-    let most = controls.max_events;
     let (end, to_stop) = follow(&mut runs, duration, controls)?;
     let motions: Vec<Trajectory> = runs.into_iter().map(PartRun::into_motion).collect();
     let stopped = parts.iter().zip(&motions).filter(|(_, motion)| motion.end <= end);
@@ -77,13 +76,17 @@ pub fn simulate(
         .filter(|(_, motion)| motion.stop_reason != StopReason::Duration)
         .map(|(part, motion)| in_whole(motion.stop_reason.clone(), &part.block))
         .next();
-    let is_enough = |whole: &Trajectory| most.is_some_and(|most| whole.events.len() >= most);
+    let enough = |whole: &Trajectory| {
+        let time = whole.phases.last().map_or(0.0, |phase| phase.start);
+        controls.enough(whole.events.len(), time)
+    };
+    let is_enough = |whole: &Trajectory| enough(whole).is_some();
     let mut whole = put_together(propagators, motions.into_iter(), end, is_enough);
     whole.stop_reason = reason.or(to_stop).unwrap_or(StopReason::Duration);
-    if is_enough(&whole) {
+    if let Some(reason) = enough(&whole) {
         whole.end = whole.phases[whole.phases.len() - 1].start;
         whole.grazings.retain(|touch| touch.time <= whole.end);
-        whole.stop_reason = StopReason::MaxEvents;
+        whole.stop_reason = reason;
     }
     Ok(whole)
 }
@@ -97,6 +100,7 @@ fn follow(
 ) -> Result<(f64, Option<StopReason>), Error> {
     let started = Instant::now();
     let (mut end, mut events, mut steps) = (duration, 0, 0);
+    let most = controls.max_events.unwrap_or(MOST_EVENTS);
     // Steps after which the events are counted that are in order.
     let mut count_at = 0;
     // First all begin. Times are not negative, so that their bits are ordered as they are.
@@ -120,16 +124,13 @@ fn follow(
         }
         let asked = steps.is_multiple_of(STEPS_PER_QUESTION);
         let reason = if asked { controls.asked_to_stop(started) } else { None };
-        let may_be_enough =
-            steps >= count_at && controls.max_events.is_some_and(|most| events >= most);
+        let may_be_enough = steps >= count_at && events >= most;
         if reason.is_none() && !may_be_enough {
             continue;
         }
         let open = runs.iter().filter(|run| run.stopped.is_none());
         let known = open.map(PartRun::time).fold(end, f64::min);
-        if reason.is_some()
-            || controls.max_events.is_some_and(|most| events_before(runs, known) >= most)
-        {
+        if reason.is_some() || events_before(runs, known) >= most {
             return Ok((known, reason));
         }
         count_at = steps + runs.len();

@@ -14,6 +14,7 @@ use crate::scene::status::Status;
 use crate::transient::clock::Clock;
 use crate::transient::trajectory::events::Event;
 use crate::transient::trajectory::model::{Phase, Trajectory};
+use crate::transient::trajectory::used_bases::UsedBasis;
 
 /// Instants per phase at which an extreme is looked for, and per period besides; between two of
 /// them a velocity has changed sign once.
@@ -159,7 +160,8 @@ impl Orbit {
         let times = self.times();
         let flows = self.flows()?;
         let mut trajectory = Trajectory::new(&self.propagators);
-        trajectory.bases = flows.iter().map(|flow| Arc::clone(&flow.basis)).collect();
+        let wanted = self.method.for_repeated_use();
+        trajectory.bases = flows.iter().map(|flow| UsedBasis::new(&flow.basis, wanted)).collect();
         let count = self.steps.len();
         trajectory.end = times[count].seconds;
         for k in 0..=count {

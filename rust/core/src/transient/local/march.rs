@@ -312,7 +312,6 @@ impl<'a> March<'a> {
             Ok(changed) => changed,
             Err(reason) => return Some(PanelEnd::Stop(at, reason)),
         };
-        let most = self.controls.max_events;
         if begins {
             let resets = &self.motion.steps[self.motion.steps.len() - 1].resets;
             self.field.values(at, &mut self.q, &mut self.u);
@@ -326,9 +325,8 @@ impl<'a> March<'a> {
         if let Err(reason) = self.look(at, time.seconds, false) {
             return Some(PanelEnd::Stop(at, reason));
         }
-        let events = self.trajectory.events.len();
-        if most.is_some_and(|most| events >= most) {
-            return Some(PanelEnd::Stop(at, StopReason::MaxEvents));
+        if let Some(reason) = self.controls.enough(self.trajectory.events.len(), time.seconds) {
+            return Some(PanelEnd::Stop(at, reason));
         }
         let asked = self.trajectory.phases.len().is_multiple_of(EVENTS_PER_QUESTION);
         let reason = if asked { self.asked_to_stop() } else { None };
@@ -425,15 +423,11 @@ impl<'a> March<'a> {
         if let Some(step) = motion.steps.last_mut() {
             step.resets.extend(resets);
         }
-        let (events, most) = (self.trajectory.events.len(), self.controls.max_events);
-        most.is_some_and(|most| events >= most).then_some(StopReason::MaxEvents)
+        self.controls.enough(self.trajectory.events.len(), self.clock.seconds)
     }
 
     fn asked_to_stop(&self) -> Option<StopReason> {
-        let most = self.controls.max_events;
-        if most.is_some_and(|most| self.trajectory.events.len() >= most) {
-            return Some(StopReason::MaxEvents);
-        }
-        self.controls.asked_to_stop(self.started)
+        let enough = self.controls.enough(self.trajectory.events.len(), self.clock.seconds);
+        enough.or_else(|| self.controls.asked_to_stop(self.started))
     }
 }

@@ -5,3 +5,4 @@ pub(crate) mod kept_states;
 pub(crate) mod model;
 pub(crate) mod record;
 pub(crate) mod sampling;
+pub(crate) mod used_bases;

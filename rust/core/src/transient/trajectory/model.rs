@@ -14,6 +14,7 @@ use crate::scene::status::{Combination, Status};
 use crate::transient::local::motion::LocalMotion;
 use crate::transient::trajectory::events::{Accumulation, Counters, Event, Grazing, StopReason};
 use crate::transient::trajectory::kept_states::KeptStates;
+use crate::transient::trajectory::used_bases::UsedBasis;
 
 /// One phase: a combination from a state at a time on.
 #[derive(Debug)]
@@ -67,7 +68,7 @@ pub struct Trajectory {
     pub(crate) propagators: Arc<Propagators>,
     pub(crate) phases: Vec<Phase>,
     /// What the phases are propagated by.
-    pub(crate) bases: Vec<Arc<CombinationBasis>>,
+    pub(crate) bases: Vec<UsedBasis>,
     /// (q, q') at the start of the phases.
     pub(crate) states: KeptStates,
     /// How the run is repeated between kept states.
@@ -148,8 +149,16 @@ impl Trajectory {
         }
         match &self.local {
             Some(local) => Ok(self.propagators.basis(&local.combination(phase), Wanted::Series)?.0),
-            None => Ok(Arc::clone(&self.bases[self.phases[phase].basis])),
+            None => Ok(self.basis(self.phases[phase].basis)),
         }
+    }
+
+    /// The basis at a place among those of the motion.
+    pub(crate) fn basis(&self, place: usize) -> Arc<CombinationBasis> {
+        let Ok(basis) = self.bases[place].basis(&self.propagators) else {
+            unreachable!("the same scene gave this basis before")
+        };
+        basis
     }
 
     /// The time of the loads at the start, s.

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::error::input::{Error, refused};
 use crate::error::run::RunFailure;
-use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
@@ -18,6 +17,7 @@ use crate::transient::parts::put_together;
 use crate::transient::trajectory::events::{Accumulation, Counters, Event, Grazing, StopReason};
 use crate::transient::trajectory::kept_states::KeptStates;
 use crate::transient::trajectory::model::{Phase, Trajectory};
+use crate::transient::trajectory::used_bases::UsedBasis;
 
 /// A [`Trajectory`] without its scene.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -105,31 +105,6 @@ impl TrajectoryRecord {
     }
 }
 
-fn recorded_basis(
-    propagators: &Propagators,
-    name: &str,
-    methods: &[Method],
-) -> Result<Arc<CombinationBasis>, Error> {
-    let combination = Combination::parse(name, propagators.scene.contacts().len())?;
-    propagators.scene.check_combination(&combination)?;
-    let basis = |propagators: &Propagators, combination: &Combination, method: Method| {
-        Ok(propagators.basis(combination, method.for_repeated_use())?.0)
-    };
-    let parts = propagators.parts();
-    if methods.len() != parts.len().max(1) {
-        return Err(refused("bases that do not fit the scene"));
-    }
-    if parts.is_empty() {
-        return basis(propagators, &combination, methods[0]);
-    }
-    let parts: Vec<_> = parts
-        .iter()
-        .zip(methods)
-        .map(|(part, &method)| basis(&part.propagators, &part.block.statuses(&combination), method))
-        .collect::<Result<_, Error>>()?;
-    Ok(Arc::new(propagators.of_parts(combination, parts.into_iter())?))
-}
-
 impl StopReason {
     fn check(&self, contacts: usize) -> Result<(), Error> {
         match self {
@@ -172,7 +147,7 @@ impl Trajectory {
         }
         let known = self.bases.iter();
         let mut bases: Vec<_> =
-            known.map(|basis| (basis.combination.to_string(), basis.methods())).collect();
+            known.map(|basis| (basis.combination.to_string(), basis.methods.clone())).collect();
         let (local, states) = match &self.local {
             Some(motion) => {
                 bases.push((motion.start().to_string(), vec![Method::Local]));
@@ -266,7 +241,7 @@ impl Trajectory {
             None => {
                 let known = record.bases.iter();
                 known
-                    .map(|(name, methods)| recorded_basis(propagators, name, methods))
+                    .map(|(name, methods)| UsedBasis::recorded(propagators, name, methods))
                     .collect::<Result<_, Error>>()?
             }
         };

@@ -14,6 +14,7 @@ use crate::scene::status::{Combination, Status};
 use crate::transient::trajectory::events::Event;
 use crate::transient::trajectory::kept_states::PhaseState;
 use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::used_bases::HeldBases;
 
 /// Positions and velocities over dofs, contact forces and statuses at a series of instants; row-major.
 #[derive(Debug, Clone, Default)]
@@ -165,6 +166,7 @@ pub(crate) struct Cursor<'a> {
     /// The phase that `motion` follows.
     in_motion: usize,
     motion: Option<Motion>,
+    held: HeldBases,
     /// One for each part of a scene in parts.
     parts: Vec<Cursor<'a>>,
     pub q: Vec<f64>,
@@ -179,6 +181,7 @@ impl<'a> Cursor<'a> {
             phase: usize::MAX,
             in_motion: usize::MAX,
             motion: None,
+            held: HeldBases::default(),
             parts: trajectory.parts.iter().map(|part| Self::new(&part.motion)).collect(),
             q: vec![0.0; n],
             u: vec![0.0; n],
@@ -229,7 +232,7 @@ impl<'a> Cursor<'a> {
             return;
         }
         if !usable {
-            let basis = &trajectory.bases[trajectory.phases[phase].basis];
+            let basis = self.held.get(trajectory, trajectory.phases[phase].basis);
             match &mut self.motion {
                 Some(motion) => motion.restart(basis, q, u),
                 None => self.motion = Some(Motion::new(trajectory.scene(), basis, q, u)),
