@@ -14,7 +14,9 @@ class Reduced:
 
     ``M_s = L' M R``, ``C_s = L' C R``, ``K_s = L' K R``: R holds the motions that are allowed, L how the
     equations combine. In L the normal row of a sliding contact is merged into its tangential row with factor
-    -friction in ``+`` and +friction in ``-``, which makes the matrices asymmetric.
+    -friction in ``+`` and +friction in ``-``, which makes the matrices asymmetric. Displacements are R q plus
+    the prescribed ones: a sticking contact moves with its slider, and the normal displacement of a closed one
+    is ``-gap``.
 
     Attributes
     ----------
@@ -24,7 +26,8 @@ class Reduced:
         (m, m).
     force_constant, force_linear
         F0, N, and F1, N/s: (m,). Only sticking contacts, which move with their sliders, contribute to F1;
-        F0 is for zero tangential displacement of every one of them.
+        F0 is for zero tangential displacement of every one of them, and contains the clearances of closed
+        contacts.
     right_basis, left_basis
         R and L, (n, m).
     """

@@ -3,7 +3,7 @@
 use crate::contact::contact_forces::{
     contact_forces, contact_forces_in, reaction, undetermined as undetermined_in,
 };
-use crate::contact::event_function::event_functions;
+use crate::contact::event_function::{event_functions, gap_of};
 use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::settlement::Departure;
@@ -72,14 +72,14 @@ pub(crate) fn coordinates_at(
             quantity,
             value,
         };
-        let gap = q[law.normal];
+        let gap = law.gap_at(&q);
         let length_tolerance = START_TOLERANCE * length.max(law.gap.abs());
         let speed_tolerance = START_TOLERANCE * speed.max(law.slider_speed.abs());
         if gap < -length_tolerance {
             return Err(Error::Penetration { contact, gap });
         }
         if !status.is_closed() {
-            q[law.normal] = gap.max(0.0);
+            q[law.normal] = q[law.normal].max(law.closed());
             if gap <= 0.0 && u[law.normal] < -speed_tolerance {
                 return Err(violated("velocity", "gap velocity", u[law.normal]));
             }
@@ -91,7 +91,7 @@ pub(crate) fn coordinates_at(
         if u[law.normal].abs() > speed_tolerance {
             return Err(violated("velocity", "gap velocity", u[law.normal]));
         }
-        q[law.normal] = 0.0;
+        q[law.normal] = law.closed();
         u[law.normal] = 0.0;
         let slip = u[law.tangential] - law.slider_speed;
         let consistent = match status {
@@ -179,7 +179,7 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
     if forces.is_empty() {
         let mut held = q.to_vec();
         let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
-        closed.for_each(|(law, _)| held[law.normal] = 0.0);
+        closed.for_each(|(law, _)| held[law.normal] = law.closed());
         for (contact, own) in scene.flowing(&state.combination) {
             let law = &scene.contacts[contact];
             if law.tangential >= scene.dofs {
@@ -250,7 +250,7 @@ pub(crate) fn initial_departures(
                 return departure;
             }
             match status {
-                Status::Detached if q[law.normal] == 0.0 => {
+                Status::Detached if law.gap_at(q) == 0.0 => {
                     if u[law.normal] > 0.0 {
                         Departure::Gap(1)
                     } else if vanishes(&force(Status::Positive).1) {
@@ -298,8 +298,7 @@ fn departure_without_mass(
     };
     let normal = reaction(scene, law.normal);
     if status == Status::Detached {
-        let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
-        return Some(match multiplicity(&gap) {
+        return Some(match multiplicity(&gap_of(law)) {
             0 => Departure::None,
             order => Departure::Gap(order),
         });

@@ -17,7 +17,7 @@ use crate::contact::coupled::dependent::{MOST, eliminated};
 use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
-use crate::scene::contact_law::Directions;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -138,6 +138,12 @@ fn phase_of_loads(scene: &Scene) -> Functional {
     }
 }
 
+/// The gap of a contact.
+pub(crate) fn gap_of(law: &Contact) -> Functional {
+    let position = vec![(law.normal, 1.0)];
+    Functional { position, constant: law.gap, ..Functional::default() }
+}
+
 /// The event functions of one contact; `coupled` holds the forces of all contacts if mass couples them.
 fn of_contact(
     scene: &Scene,
@@ -182,12 +188,11 @@ fn of_contact(
             vec![cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)]
         }
         Status::Detached => {
-            let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
             let trigger = match law.normal_has_mass() {
                 true => EventKind::Impact,
                 false => EventKind::Closing,
             };
-            vec![function(trigger, gap)]
+            vec![function(trigger, gap_of(law))]
         }
     }
 }

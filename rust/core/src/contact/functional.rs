@@ -77,14 +77,12 @@ impl Functional {
 
     /// The same functional over the coordinates of x, in a scene in which some coordinates are sums of others.
     pub fn substituted(&self, scene: &Scene) -> Self {
-        let mut constant = self.constant;
-        let mut over = |terms: &[(usize, f64)], shifts: bool| {
+        let over = |terms: &[(usize, f64)]| {
             let mut sums: Vec<(usize, f64)> = Vec::new();
             for &(k, weight) in terms {
                 match scene.dependents.iter().find(|one| one.coordinate == k) {
                     None => sums.push((k, weight)),
                     Some(one) => {
-                        constant += if shifts { weight * one.offset } else { 0.0 };
                         sums.extend(one.terms.iter().map(|&(j, factor)| (j, weight * factor)));
                     }
                 }
@@ -98,9 +96,9 @@ impl Functional {
             sums
         };
         Self {
-            position: over(&self.position, true),
-            velocity: over(&self.velocity, false),
-            constant,
+            position: over(&self.position),
+            velocity: over(&self.velocity),
+            constant: self.constant,
         }
     }
 

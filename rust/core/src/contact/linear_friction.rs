@@ -43,11 +43,13 @@ pub(crate) fn friction_dampers(
     let response = friction_response(scene, combination);
     let open = undetermined(scene, combination);
     let laws = scene.contacts.iter().zip(combination.statuses());
-    // Gaps of closed contacts are zero.
-    let closed: Vec<usize> =
-        laws.filter(|(_, status)| status.is_closed()).map(|(law, _)| law.normal).collect();
+    let closed: Vec<(usize, f64)> = laws
+        .filter(|(_, status)| status.is_closed())
+        .map(|(law, _)| (law.normal, law.closed()))
+        .collect();
+    let place = |k: usize| closed.iter().find(|held| held.0 == k).map(|held| held.1);
     let unmoved = |terms: &[(usize, f64)]| {
-        terms.iter().all(|&(k, weight)| weight == 0.0 || closed.contains(&k))
+        terms.iter().all(|&(k, weight)| weight == 0.0 || place(k).is_some())
     };
     let constant = |contact: usize| {
         let normal = match &coupled {
@@ -58,7 +60,8 @@ pub(crate) fn friction_dampers(
             slopes.iter().all(|&(other, _)| all[(2 * contact + 1, other)] == 0.0)
         });
         let holds = alone && unmoved(&normal.position) && unmoved(&normal.velocity);
-        (holds && !open.contains(&contact)).then_some(normal.constant)
+        let held = normal.position.iter().filter_map(|&(k, weight)| Some(weight * place(k)?));
+        (holds && !open.contains(&contact)).then(|| held.fold(normal.constant, |sum, x| sum + x))
     };
     slopes.iter().map(|&(contact, slope)| Some((contact, slope * constant(contact)?))).collect()
 }

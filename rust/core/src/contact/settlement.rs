@@ -85,7 +85,7 @@ impl Settlement {
             if *departure == Departure::None
                 && self.statuses[contact] == Status::Detached
                 && law.normal_has_mass()
-                && q[law.normal] <= 0.0
+                && law.gap_at(q) <= 0.0
                 && u[law.normal] > 0.0
             {
                 *departure = Departure::Gap(1);

@@ -35,8 +35,8 @@ pub(crate) fn settle(
     // A gap that rounding has made negative by the time of another contact's event is zero.
     for contact in among.clone() {
         if settlement.statuses[contact] == Status::Detached {
-            let normal = scene.contacts[contact].normal;
-            q[normal] = q[normal].max(0.0);
+            let law = &scene.contacts[contact];
+            q[law.normal] = q[law.normal].max(law.closed());
         }
     }
     let (mut impact, mut switched) = (false, false);
@@ -49,14 +49,14 @@ pub(crate) fn settle(
         match trigger {
             EventKind::Velocity => u[law.tangential] = law.slider_speed,
             EventKind::Impact => {
-                q[law.normal] = 0.0;
+                q[law.normal] = law.closed();
                 impact = true;
             }
             EventKind::Accumulation => {
-                q[law.normal] = 0.0;
+                q[law.normal] = law.closed();
                 u[law.normal] = 0.0;
             }
-            EventKind::Closing => q[law.normal] = 0.0,
+            EventKind::Closing => q[law.normal] = law.closed(),
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative

@@ -41,8 +41,9 @@ pub(crate) fn add_impacts(
             EventKind::Accumulation if coupled => impact = true,
             EventKind::Accumulation => {
                 let (contact, before) = (event.contact, trajectory.phase_state(phase - 1));
-                let row = scene.contacts[contact].normal;
-                let (gap, speed) = (before.parts().0[row], before.parts().1[row]);
+                let law = &scene.contacts[contact];
+                let row = law.normal;
+                let (gap, speed) = (law.gap_at(before.parts().0), before.parts().1[row]);
                 let load = moving.stiffness.row_dot(row, q) - moving.force[row];
                 let normal = 0.5 * normal_mass(scene, contact) * speed * speed + load * gap;
                 let time = event.time;

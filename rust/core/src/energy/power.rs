@@ -52,29 +52,9 @@ pub struct EnergySample {
     pub combination: Vec<Combination>,
 }
 
-/// `q - q_gap`: positions relative to the one in which springs are relaxed.
-fn elongation(scene: &Scene, q: &[f64]) -> Vec<f64> {
-    let mut relative = q.to_vec();
-    for law in &scene.contacts {
-        relative[law.normal] -= law.gap;
-    }
-    relative
-}
-
-/// The constant force on contact coordinates, without the part that shifts the gaps to zero.
-pub(crate) fn external_force(scene: &Scene) -> Vec<f64> {
-    let mut force = scene.force.clone();
-    if scene.contacts.iter().any(|law| law.gap != 0.0) {
-        let origin = elongation(scene, &vec![0.0; scene.size]);
-        scene.stiffness.add_product(1.0, &origin, &mut force);
-    }
-    force
-}
-
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
-    let x = elongation(scene, q);
-    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(elastic_stiffness(scene), &x, &x))
+    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(elastic_stiffness(scene), q, q))
 }
 
 /// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
@@ -84,13 +64,12 @@ pub(crate) fn energy_change(
     (q0, u0): (&[f64], &[f64]),
     (q1, u1): (&[f64], &[f64]),
 ) -> (f64, f64) {
-    let (x0, x1) = (elongation(scene, q0), elongation(scene, q1));
     let half = |matrix: &SparseMatrix, a0: &[f64], a1: &[f64]| {
         let sum: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b + a).collect();
         let change: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b - a).collect();
         0.5 * bilinear(matrix, &sum, &change)
     };
-    (half(&scene.mass, u0, u1), half(elastic_stiffness(scene), &x0, &x1))
+    (half(&scene.mass, u0, u1), half(elastic_stiffness(scene), q0, q1))
 }
 
 /// K with the symmetric part of H: the matrix of the elastic energy.
@@ -102,7 +81,7 @@ fn elastic_stiffness(scene: &Scene) -> &SparseMatrix {
 pub(crate) fn circulatory_force(scene: &Scene, q: &[f64]) -> Option<Vec<f64>> {
     let matrix = antisymmetric(scene)?;
     let mut force = vec![0.0; scene.size];
-    matrix.add_product(-1.0, &elongation(scene, q), &mut force);
+    matrix.add_product(-1.0, q, &mut force);
     Some(force)
 }
 
@@ -200,7 +179,6 @@ pub(crate) fn slider_vibration(law: &Contact, u: &[f64], rest: &[f64]) -> f64 {
 pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample, Error> {
     let moving = &**trajectory.scene();
     let scene = moving.bare();
-    let constant = external_force(scene);
     let groups = damper_groups(scene).len();
     let mut sample = EnergySample::default();
     let mut cursor = Cursor::new(trajectory);
@@ -237,10 +215,10 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         fitted.follow_rates(&mut acceleration);
         let (_, acceleration) = moving.at_rest(velocities, &acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
-        sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, &elongation(scene, q)));
+        sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, q));
 
         let power = |force: &[f64]| force.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
-        let mut force = Cow::Borrowed(&constant[..]);
+        let mut force = Cow::Borrowed(&scene.force[..]);
         if let Some(drive) = &moving.drive {
             drive.add_forces(true, moved, force.to_mut());
             drive.add_forces(false, moved, force.to_mut());

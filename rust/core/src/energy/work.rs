@@ -18,7 +18,7 @@
 use crate::energy::impacts::{ImpactWork, add_impacts};
 use crate::energy::power::{
     FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
-    energy_change, external_force,
+    energy_change,
 };
 use crate::error::input::Error;
 use crate::numerics::double_double::Doubled;
@@ -192,7 +192,7 @@ impl<'a> Walk<'a> {
 
     /// The force F with the switched loads that hold where the cursor stands.
     fn constant_force(&self) -> Vec<f64> {
-        let mut force = external_force(self.scene);
+        let mut force = self.scene.force.clone();
         if let Some(drive) = &self.moving.drive {
             drive.add_forces(false, &self.cursor.q, &mut force);
         }

@@ -107,7 +107,7 @@ pub struct Contact {
     pub directions: Directions,
     /// Index of the tangential coordinate.
     pub tangential: usize,
-    /// Index of the normal coordinate, which *is* the gap.
+    /// Index of the normal coordinate, which is the gap less the clearance.
     pub normal: usize,
     /// mu, the coefficient of kinetic friction, -: |T| = mu N while the contact slides.
     pub friction: f64,
@@ -123,6 +123,16 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// The gap at positions q, m.
+    pub(crate) fn gap_at(&self, q: &[f64]) -> f64 {
+        q[self.normal] + self.gap
+    }
+
+    /// The normal coordinate while the contact is closed.
+    pub(crate) fn closed(&self) -> f64 {
+        0.0 - self.gap
+    }
+
     pub(crate) fn normal_has_mass(&self) -> bool {
         self.inertia == Inertia::Full
     }

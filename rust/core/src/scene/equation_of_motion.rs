@@ -112,8 +112,7 @@ impl EquationOfMotion {
 
     /// Every coordinate that is not held at zero.
     pub fn moving(&self) -> impl Iterator<Item = usize> + '_ {
-        let Reduction { states, sticking, .. } = &self.reduction;
-        states.iter().copied().chain(sticking.iter().map(|stick| stick.0))
+        self.reduction.states.iter().copied().chain(self.reduction.held())
     }
 
     /// In the norm of M: the largest ratio of an acceleration and of the force on the contact-free structure that causes

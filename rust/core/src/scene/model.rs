@@ -20,9 +20,9 @@ use crate::scene::loads::oscillators::Drive;
 use crate::scene::massless::coordinates::{Massless, Nodes, check_massless};
 use crate::scene::status::{Combination, Status};
 
-/// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
-/// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
-/// `contacts[i].tangential` less the slider speed.
+/// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q: the coordinate
+/// `contacts[i].normal` is the gap of contact i less its clearance, and the velocity of `contacts[i].tangential` less the
+/// slider speed its slip.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// Contact coordinates: one for each dof, one for each node of a compliant contact, and one for each direction that
@@ -55,7 +55,7 @@ pub struct Scene {
     pub(crate) stiffness: SparseMatrix,
     /// Present only in scenes with G or H.
     pub(crate) energy_parts: Option<EnergyParts>,
-    /// F in contact coordinates, with the clearances' part `K q_gap` added.
+    /// F in contact coordinates.
     pub(crate) force: Vec<f64>,
     /// Loads in time that no coordinate carries yet; `force` holds the first values of switched ones.
     pub(crate) loads: Loads,
@@ -112,13 +112,6 @@ impl Scene {
             matrices,
             [stated.gyroscopic, stated.circulatory],
         );
-        if contacts.iter().any(|contact| contact.gap != 0.0) {
-            let mut clearance = vec![0.0; force.len()];
-            for contact in &contacts {
-                clearance[contact.normal] = contact.gap;
-            }
-            stiffness.add_product(1.0, &clearance, &mut force);
-        }
         let massless = Massless::new(&mass, &stiffness, &contacts, nodes.size)?;
         if !massless.is_empty() && !mass.is_diagonal() {
             return Err(unfit(
@@ -135,7 +128,7 @@ impl Scene {
         };
         let coupled_mass =
             coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?;
-        let dependents = dependents_of(&coordinates, &contacts);
+        let dependents = dependents_of(&coordinates);
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);
         }
@@ -296,11 +289,7 @@ impl Scene {
             Some(nodes) => self.coordinates.of_dofs(&nodes.extended(x)),
             None => self.coordinates.of_dofs(x),
         };
-        let mut q = of(position);
-        for contact in &self.contacts {
-            q[contact.normal] += contact.gap;
-        }
-        (q, of(velocity))
+        (of(position), of(velocity))
     }
 
     /// A vector over the dofs, without the nodes of compliant contacts.
@@ -311,11 +300,7 @@ impl Scene {
 
     /// Dof positions of contact coordinates.
     pub(crate) fn positions(&self, q: &[f64]) -> Vec<f64> {
-        let mut unshifted = q.to_vec();
-        for contact in &self.contacts {
-            unshifted[contact.normal] -= contact.gap;
-        }
-        self.over_dofs(self.coordinates.to_dofs(&unshifted))
+        self.over_dofs(self.coordinates.to_dofs(q))
     }
 
     /// Dof velocities of contact coordinates; also any other displacement difference or mode shape.

@@ -113,7 +113,6 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         Some(Dependent {
             coordinate: place(one.coordinate)?,
             terms: within.collect::<Option<_>>()?,
-            offset: one.offset,
         })
     });
     let dependents: Vec<Dependent> = dependents.collect();

@@ -14,7 +14,7 @@ const ROUND: usize = 4;
 /// Number of events, per contact, among which those impacts are looked for.
 pub(crate) const SEEN: usize = 32;
 
-/// Gap, relative to the largest displacement, gap of the input or deflection under the constant load, below which series of
+/// Gap, relative to the largest displacement or deflection under the constant load, below which series of
 /// impacts over several contacts are not followed. A hundred times smaller gap takes a third more events; the time at which
 /// a series ends is known to the root of the gap. Where closed contacts hold all of a scene in place, displacements vanish.
 const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
@@ -30,8 +30,7 @@ pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
         stiffness if stiffness > 0.0 => q[k].abs().max(scene.force[k].abs() / stiffness),
         _ => q[k].abs(),
     });
-    let lengths = places.chain(scene.contacts.iter().map(|law| law.gap.abs()));
-    let resolution = RESOLUTION * lengths.fold(0.0, f64::max);
+    let resolution = RESOLUTION * places.fold(0.0, f64::max);
     let contacts = 0..scene.contacts.len();
     let ulp = state.time.ulp();
     Series {

@@ -94,7 +94,7 @@ impl Coupled<'_> {
         let laws = &self.scene.contacts;
         let (mut position, mut velocity) = (q.to_vec(), u.to_vec());
         for &i in contacts {
-            position[laws[i].normal] = 0.0;
+            position[laws[i].normal] = laws[i].closed();
             velocity[laws[i].normal] = 0.0;
         }
         let slip = |i: usize| velocity[laws[i].tangential] - laws[i].slider_speed;
@@ -259,14 +259,14 @@ impl Coupled<'_> {
             self.strike(&touching, q, u)?;
             let pressed: Vec<usize> = (0..contacts.len())
                 .filter(|&i| {
-                    let touches = struck.contains(&i) || q[contacts[i].normal] <= gaps[i];
+                    let touches = struck.contains(&i) || contacts[i].gap_at(q) <= gaps[i];
                     !statuses[i].is_closed() && touches && u[contacts[i].normal] < 0.0
                 })
                 .collect();
             if pressed.is_empty() {
                 break;
             }
-            pressed.iter().for_each(|&i| q[contacts[i].normal] = 0.0);
+            pressed.iter().for_each(|&i| q[contacts[i].normal] = contacts[i].closed());
             struck.extend(pressed);
             struck.sort_unstable();
             struck.dedup();

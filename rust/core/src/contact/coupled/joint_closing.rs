@@ -56,7 +56,7 @@ pub(crate) fn close_jointly(
     let resolution = series.resolution;
     let resting = |i: usize, u: &[f64]| closed.contains(&i) && u[contacts[i].normal] == 0.0;
     let near = |i: usize, load: f64| {
-        let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal].abs());
+        let (gap, speed) = (contacts[i].gap_at(q), u[contacts[i].normal].abs());
         let soon = series.negligible * w(i, i) * load;
         let low = gap <= resolution && speed * speed <= w(i, i) * load * resolution;
         low || gap <= soon * series.negligible && speed <= soon
@@ -100,7 +100,7 @@ pub(crate) fn close_jointly(
             false => solve(mass, &speeds),
         };
         let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
-        let lifted: f64 = pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();
+        let lifted: f64 = pressed.iter().map(|&(i, n)| n * contacts[i].gap_at(q).max(0.0)).sum();
         let energy = kinetic + lifted;
         let flight = |i: usize, n: f64| (8.0 * energy / w(i, i)).sqrt() / n;
         let rest = |i: usize, n: f64| {
@@ -123,7 +123,7 @@ pub(crate) fn close_jointly(
         if rest > series.negligible && !moved.clone().all(|&(_, n)| energy <= n * resolution) {
             // The contact that alone would rise highest is left out first: it may hold all of the energy.
             let height = |&(i, n): &(usize, f64)| {
-                let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal]);
+                let (gap, speed) = (contacts[i].gap_at(q), u[contacts[i].normal]);
                 gap.max(0.0) + 0.5 * speed * speed / (w(i, i) * n)
             };
             let highest = moved.clone().max_by(|a, b| height(a).total_cmp(&height(b)));

@@ -321,7 +321,7 @@ impl GroupEvent<'_> {
         let places = self.places();
         let from = places.iter().enumerate().map(|(k, place)| match place {
             Some(place) if k % 2 == 0 => q[group.coordinates[*place]],
-            _ => 0.0,
+            _ => scene.contacts[group.contacts[k / 2]].closed(),
         });
         let (mut a0, sizes) = self.relative(&free, &sizes, &from.collect::<Vec<f64>>());
         for (k, &contact) in group.contacts.iter().enumerate() {
@@ -343,7 +343,7 @@ impl GroupEvent<'_> {
             }
             if let Some(place) = places[2 * k + 1].filter(|_| status.is_closed()) {
                 held[place] = true;
-                q[scene.contacts[contact].normal] = 0.0;
+                q[scene.contacts[contact].normal] = scene.contacts[contact].closed();
             }
         }
         for (place, &coordinate) in group.coordinates.iter().enumerate().filter(|(k, _)| !held[*k])

@@ -135,6 +135,7 @@ impl Closing {
         let mut still = Vec::new();
         for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {
             still.extend([laws[i].normal, n + laws[i].normal]);
+            moving[laws[i].normal] = laws[i].closed();
             if status == Status::Sticking {
                 still.push(n + laws[i].tangential);
                 moving[n + laws[i].tangential] = laws[i].slider_speed;
@@ -147,9 +148,13 @@ impl Closing {
         // The impulses must not draw a contact that has just lifted off into its slider: only the series itself is closed then.
         if (0..laws.len()).any(|i| touches(i) && after[n + laws[i].normal] < 0.0) {
             let mut projection = DMatrix::identity(size, size);
-            let rows = series.iter().flat_map(|&i| [laws[i].normal, n + laws[i].normal]);
-            rows.for_each(|row| projection.row_mut(row).fill(0.0));
-            return Ok(Self { projection, moving: vec![0.0; size] });
+            let mut moving = vec![0.0; size];
+            for law in series.iter().map(|&i| &laws[i]) {
+                projection.row_mut(law.normal).fill(0.0);
+                projection.row_mut(n + law.normal).fill(0.0);
+                moving[law.normal] = law.closed();
+            }
+            return Ok(Self { projection, moving });
         }
         Ok(closing)
     }

@@ -84,14 +84,14 @@ fn joint_closings(
         let candidates = series.iter().copied().chain(of_kind(EventKind::Impact));
         // The contact that strikes has the gap that closes soonest: those of the others are not in the numbers any more.
         let time = |contact: &usize| {
-            let normal = scene.contacts[*contact].normal;
-            (q[normal] / u[normal]).abs()
+            let law = &scene.contacts[*contact];
+            (law.gap_at(q) / u[law.normal]).abs()
         };
         let struck = candidates
             .filter(|&contact| !before.statuses()[contact].is_closed())
             .min_by(|a, b| time(a).total_cmp(&time(b)));
-        let normal = scene.contacts[first].normal;
-        let bounced = start[normal] == 0.0 && start[scene.size + normal] > 0.0;
+        let law = &scene.contacts[first];
+        let bounced = law.gap_at(start) == 0.0 && start[scene.size + law.normal] > 0.0;
         let is_joint = series.len() > 1 || of_kind(EventKind::Impact).next().is_some() || !bounced;
         found.extend(
             struck.filter(|_| is_joint).map(|struck| Passage::joint(scene, before, struck, series)),

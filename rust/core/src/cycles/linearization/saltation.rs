@@ -133,10 +133,10 @@ impl Passage {
             }),
             EventKind::Impact => self.strike(scene, before, state)?,
             EventKind::Accumulation => {
-                q[law.normal] = 0.0;
+                q[law.normal] = law.closed();
                 u[law.normal] = 0.0;
             }
-            EventKind::Closing => q[law.normal] = 0.0,
+            EventKind::Closing => q[law.normal] = law.closed(),
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
@@ -156,7 +156,9 @@ impl Passage {
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
         let (q, u) = state.split_at_mut(scene.size);
-        self.own().for_each(|contact| q[scene.contacts[contact].normal] = 0.0);
+        for law in self.own().map(|contact| &scene.contacts[contact]) {
+            q[law.normal] = law.closed();
+        }
         let struck: Vec<usize> = self.own().collect();
         transition::impact(scene, before.statuses(), &struck, q, u)
     }

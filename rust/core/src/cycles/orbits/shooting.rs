@@ -286,7 +286,7 @@ impl Orbit {
         for (step, flow) in self.steps.iter_mut().zip(flows) {
             for (law, &status) in scene.contacts.iter().zip(step.combination.statuses()) {
                 if status.is_closed() {
-                    step.state[law.normal] = 0.0;
+                    step.state[law.normal] = law.closed();
                     step.state[n + law.normal] = 0.0;
                 }
                 if status == Status::Sticking {

@@ -135,7 +135,10 @@ impl Locality {
         match self.kinds[k] {
             Kind::Free => Course::Free(None),
             Kind::Held => Course::Carried(0.0),
-            Kind::Normal(contact) if statuses[contact].is_closed() => Course::Closed,
+            Kind::Normal(contact) if statuses[contact].is_closed() => {
+                let at_zero = scene.contacts[contact].gap == 0.0;
+                if at_zero { Course::Closed } else { Course::Carried(0.0) }
+            }
             Kind::Normal(_) => Course::Free(None),
             Kind::Tangential(contact) => {
                 let law = &scene.contacts[contact];

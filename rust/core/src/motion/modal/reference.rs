@@ -82,7 +82,8 @@ impl At {
             sticks.for_each(|(index, stick)| all[stick.0] = stuck(index));
             all
         };
-        let position = spread(&self.position, &|_| 0.0);
+        let mut position = spread(&self.position, &|_| 0.0);
+        reduction.place_closed(&mut position);
         let velocity = spread(&self.velocity, &|index| reduction.sticking[index].1);
         let sticking: Vec<Vec<f64>> = self
             .sticking

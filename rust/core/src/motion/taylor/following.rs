@@ -86,7 +86,6 @@ impl Following {
     ) -> Self {
         let mut force = scene.force.clone();
         let (mut parts, mut reactions) = (Vec::new(), Vec::new());
-        let stuck = &equation.reduction.sticking;
         for (index, group) in scene.massless.groups.iter().enumerate() {
             let count = group.coordinates.len();
             let eliminated = condensed.parts.iter().find(|part| part.group == index);
@@ -95,7 +94,7 @@ impl Following {
             let g = eliminated
                 .map_or_else(|| DMatrix::zeros(count, count), |part| response(part, y, places));
             let mut held: Vec<(usize, Vec<f64>)> = Vec::new();
-            for (k, place) in stuck.iter().filter_map(|&(k, _)| Some((k, places(k)?))) {
+            for (k, place) in equation.reduction.held().filter_map(|k| Some((k, places(k)?))) {
                 let mut column = vec![0.0; count];
                 column[place] = 1.0;
                 held.push((k, column));

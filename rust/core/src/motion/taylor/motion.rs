@@ -116,6 +116,7 @@ impl TaylorMotion {
             self.origin[k] = q[k];
             self.terms[n + k] = speed * operator.width;
         }
+        operator.equation.reduction.place_closed(&mut self.origin);
         self.balance(scene, operator);
         let origin = &self.origin;
         self.constants.clear();

@@ -18,8 +18,8 @@ use crate::scene::status::{Combination, Status};
 impl Scene {
     /// Brings the coordinates that are sums of others up to date with these.
     pub(crate) fn follow(&self, q: &mut [f64], u: &mut [f64]) {
-        for Dependent { coordinate, terms, offset } in &self.dependents {
-            q[*coordinate] = terms.iter().fold(*offset, |sum, &(k, factor)| sum + factor * q[k]);
+        for Dependent { coordinate, terms } in &self.dependents {
+            q[*coordinate] = terms.iter().fold(0.0, |sum, &(k, factor)| sum + factor * q[k]);
         }
         self.follow_rates(u);
     }
@@ -60,12 +60,6 @@ impl Scene {
             one.terms.iter().copied().filter(|term| term.0 < self.structure()).collect()
         };
         dependent.map_or_else(|| vec![(coordinate, 1.0)], structure)
-    }
-
-    /// A coordinate as a sum of coordinates of x, and the constant that comes with it.
-    pub(crate) fn sum_of(&self, coordinate: usize) -> (Vec<(usize, f64)>, f64) {
-        let dependent = self.dependents.iter().find(|one| one.coordinate == coordinate);
-        (self.terms_of(coordinate), dependent.map_or(0.0, |one| one.offset))
     }
 
     /// Brings velocities up to date with those that are known exactly: of `held` coordinates, of gaps at rest, and of slip
@@ -143,14 +137,10 @@ impl Scene {
         let forward = basis(true);
         // Nothing acts back on what carries loads.
         let rows = basis(false).transposed();
-        let mut offset = vec![0.0; size];
-        dependents.iter().for_each(|one| offset[one.coordinate] = one.offset);
         // A row is empty before if its coordinate did not belong to x, and afterwards if it does not belong to x any more.
         let congruent = |matrix: &SparseMatrix| matrix.congruent(&forward);
         let any = |matrix: &SparseMatrix| rows.product(&matrix.product(&forward));
-        let mut force = self.force.clone();
-        self.stiffness.add_product(-1.0, &offset, &mut force);
-        let force = rows.apply(&force);
+        let force = rows.apply(&self.force);
         let (mass, damping, stiffness) = match (&self.drive, &self.energy_parts) {
             (Some(drive), _) => {
                 let mass = any(&self.mass);

@@ -1,43 +1,32 @@
 //! Coordinates that are sums of others, because directions of contacts depend on each other.
 
-use crate::scene::contact_law::Contact;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 
-/// `q_coordinate = offset + sum_k factor_k q_k` over coordinates of x.
+/// `q_coordinate = sum_k factor_k q_k` over coordinates of x.
 #[derive(Debug, Clone)]
 pub(crate) struct Dependent {
     pub coordinate: usize,
     pub terms: Vec<(usize, f64)>,
-    /// m.
-    pub offset: f64,
 }
 
-/// The dependent coordinates of a new scene, in which gaps are shifted by the clearances.
-pub(crate) fn dependents_of(coordinates: &Coordinates, contacts: &[Contact]) -> Vec<Dependent> {
-    let shift = |coordinate: usize| {
-        let normal = contacts.iter().find(|law| law.normal == coordinate);
-        normal.map_or(0.0, |law| law.gap)
-    };
+/// The dependent coordinates of a new scene.
+pub(crate) fn dependents_of(coordinates: &Coordinates) -> Vec<Dependent> {
     let dependent = |(coordinate, terms): &(usize, Vec<(usize, f64)>)| Dependent {
         coordinate: *coordinate,
         terms: terms.clone(),
-        offset: terms
-            .iter()
-            .fold(shift(*coordinate), |offset, &(k, factor)| offset - factor * shift(k)),
     };
     coordinates.followers.iter().map(dependent).collect()
 }
 
 /// `dependents[index]` becomes a coordinate of x in place of `given`, which it contains with factor `pivot`.
 pub(crate) fn exchange(dependents: &mut [Dependent], index: usize, given: usize, pivot: f64) {
-    let Dependent { coordinate, terms, offset } = dependents[index].clone();
+    let Dependent { coordinate, terms } = dependents[index].clone();
     let others = terms.iter().filter(|term| term.0 != given);
     let solved = Dependent {
         coordinate: given,
         terms: std::iter::once((coordinate, 1.0 / pivot))
             .chain(others.map(|&(k, factor)| (k, -factor / pivot)))
             .collect(),
-        offset: -offset / pivot,
     };
     for other in dependents.iter_mut() {
         let Some(position) = other.terms.iter().position(|term| term.0 == given) else { continue };
@@ -50,7 +39,6 @@ pub(crate) fn exchange(dependents: &mut [Dependent], index: usize, given: usize,
             }
         }
         other.terms.retain(|term| term.1.abs() > f64::EPSILON * size);
-        other.offset += factor * solved.offset;
     }
     dependents[index] = solved;
 }

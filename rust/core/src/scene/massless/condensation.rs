@@ -27,8 +27,8 @@ use crate::scene::status::{Combination, Status};
 pub(crate) struct Condensed {
     pub followers: Vec<Follower>,
     pub parts: Vec<Elimination>,
-    /// Gaps held at zero.
-    closed: Vec<usize>,
+    /// Closed gaps: coordinates and where they are held.
+    closed: Vec<(usize, f64)>,
     /// Coordinate and speed of sticking contacts.
     sticking: Vec<(usize, f64)>,
     /// Contacts that slide by laws, whose coordinates are states of first order; with their statuses.
@@ -99,7 +99,7 @@ impl Condensed {
             if law.normal_has_mass() || !status.is_closed() {
                 continue;
             }
-            closed.push(law.normal);
+            closed.push((law.normal, law.closed()));
             if law.tangential_has_mass() {
                 continue;
             }
@@ -109,8 +109,11 @@ impl Condensed {
                 merged[law.tangential] = Some((law.normal, -status.friction_sign() * law.friction));
             }
         }
-        let held =
-            |k: usize| closed.contains(&k) || flows(k) || sticking.iter().any(|stick| stick.0 == k);
+        let held = |k: usize| {
+            closed.iter().any(|one| one.0 == k)
+                || flows(k)
+                || sticking.iter().any(|stick| stick.0 == k)
+        };
         let mut parts = Vec::new();
         let mut followers = Vec::new();
         for (index, group) in scene.massless.groups.iter().enumerate() {
@@ -203,8 +206,8 @@ impl Condensed {
 
     /// Sets the places and velocities of the coordinates without mass, of those that follow and of those that contacts hold.
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
-        for &k in &self.closed {
-            (q[k], u[k]) = (0.0, 0.0);
+        for &(k, at) in &self.closed {
+            (q[k], u[k]) = (at, 0.0);
         }
         self.sticking.iter().for_each(|&(k, speed)| u[k] = speed);
         for Follower { coordinate, constant, terms } in &self.followers {
@@ -283,12 +286,13 @@ fn eliminated(
             entries
         })
         .collect();
-    // Gaps that are held are zero and add nothing.
+    // What is held at zero adds nothing.
     let counts = |k: usize| {
         let within = group.place(k).is_some() && place(k).is_none();
         !within
             || scene.contacts.iter().zip(combination.statuses()).any(|(law, &status)| {
                 law.tangential == k && status == Status::Sticking && !law.tangential_has_mass()
+                    || law.normal == k && status.is_closed() && law.gap != 0.0
             })
             || scene
                 .flowing(combination)

@@ -61,6 +61,8 @@ pub struct Reduction {
     pub merges: Vec<RowMerge>,
     /// Coordinate and speed, m/s, of every contact that sticks, and of every switched load.
     pub sticking: Vec<(usize, f64)>,
+    /// The normal coordinate of every closed contact with a clearance, and where it is held.
+    closed: Vec<(usize, f64)>,
     /// The coordinates left free, and after them those without mass that slide by laws, which are states of first order.
     pub states: Vec<usize>,
     /// The place of each coordinate among those kept.
@@ -105,10 +107,13 @@ impl Reduction {
         mut dropped: Vec<bool>,
         friction: impl Fn(usize, &Contact) -> f64,
     ) -> Self {
-        let mut sticking = Vec::new();
+        let (mut sticking, mut closed) = (Vec::new(), Vec::new());
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
             dropped[law.normal] |= status.is_closed();
+            if status.is_closed() && law.gap != 0.0 && !scene.is_dependent(law.normal) {
+                closed.push((law.normal, law.closed()));
+            }
             // A stop has no tangential motion.
             dropped[law.tangential] |= law.directions == Directions::Normal;
             if status == Status::Sticking {
@@ -130,7 +135,7 @@ impl Reduction {
         if !scene.dependents.is_empty() {
             let (merges, is_split) = dependent_merges(scene, statuses, &places, friction);
             let states = kept.clone();
-            return Self { kept, merges, sticking, states, places, is_split };
+            return Self { kept, merges, sticking, closed, states, places, is_split };
         }
         let mut merges: Vec<RowMerge> = scene
             .contacts
@@ -148,7 +153,7 @@ impl Reduction {
         let flowing =
             scene.flowing(combination).map(|(contact, _)| scene.contacts[contact].tangential);
         let states = kept.iter().copied().chain(flowing.filter(|&k| places[k].is_none())).collect();
-        Self { kept, merges, sticking, states, places, is_split: false }
+        Self { kept, merges, sticking, closed, states, places, is_split: false }
     }
 
     /// m, the number of coordinates left free.
@@ -240,9 +245,24 @@ impl Reduction {
         prescribed
     }
 
+    /// The coordinates that are held at a place of their own.
+    pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
+        self.sticking.iter().chain(&self.closed).map(|held| held.0)
+    }
+
+    /// Sets the normal coordinates of closed contacts among positions in which they are zero.
+    pub(crate) fn place_closed(&self, q: &mut [f64]) {
+        self.closed.iter().for_each(|&(k, place)| q[k] = place);
+    }
+
     /// F0 with every sticking contact at q_t0 = 0.
     pub(crate) fn force_constant(&self, scene: &Scene) -> Vec<f64> {
         let mut constant = scene.force.clone();
+        if !self.closed.is_empty() {
+            let mut places = vec![0.0; scene.size];
+            self.place_closed(&mut places);
+            scene.stiffness.add_product(-1.0, &places, &mut constant);
+        }
         if !self.sticking.is_empty() {
             scene.damping.add_product(-1.0, &self.prescribed_velocity(scene), &mut constant);
         }

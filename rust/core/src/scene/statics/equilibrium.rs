@@ -127,6 +127,7 @@ impl Scene {
         let kept = solve(equilibrated, &load);
         let margins = Statics::new(self, &reduced)?.margins(&kept);
         let mut q = vec![0.0; self.size];
+        reduced.reduction.place_closed(&mut q);
         for (&k, &value) in reduced.reduction.kept.iter().zip(&kept) {
             q[k] = value;
         }
@@ -261,7 +262,9 @@ impl<'a> StaticContacts<'a> {
             let combination = closed.to_string();
             Error::SingularStiffness { combination, reciprocal_condition }
         })?;
-        let rest = factors.solve(&reduction.force(&scene.force));
+        let rest = factors.solve(&reduction.force_constant(scene));
+        let mut places = vec![0.0; scene.size];
+        reduction.place_closed(&mut places);
         let normals = || unilateral.iter().map(|&contact| scene.contacts[contact].normal);
         let response = |normal: usize| factors.solve(&reduction.force(&scene.held_load(normal)));
         let responses: Vec<Vec<f64>> = normals().map(response).collect();
@@ -279,7 +282,7 @@ impl<'a> StaticContacts<'a> {
         }
         let offset = |normal: usize| {
             let terms = reaction(normal, &rest);
-            let force = scene.force[normal];
+            let force = scene.force[normal] - scene.stiffness.row_dot(normal, &places);
             let sum = terms.iter().sum::<f64>() - force;
             let size = terms.iter().map(|term| term.abs()).sum::<f64>() + force.abs();
             if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
@@ -323,6 +326,7 @@ impl<'a> StaticContacts<'a> {
         let normal = |place: usize| scene.contacts[self.unilateral[place]].normal;
         let factors = Factors::new(self.matrix.select_rows(&opened).select_columns(&opened));
         let mut q = vec![0.0; scene.size];
+        reduction.place_closed(&mut q);
         let mut add = |still: &[f64], normal_forces: DVector<f64>| {
             let gaps = factors.solve(-normal_forces);
             for (i, &k) in reduction.kept.iter().enumerate() {
@@ -359,9 +363,9 @@ impl<'a> StaticContacts<'a> {
         }
         let mut combination = self.closed.clone();
         for &place in &opened {
-            let gap = &mut q[normal(place)];
-            *gap = gap.max(0.0);
-            if *gap > 0.0 {
+            let law = &scene.contacts[self.unilateral[place]];
+            q[law.normal] = q[law.normal].max(law.closed());
+            if law.gap_at(&q) > 0.0 {
                 combination = combination.with(self.unilateral[place], Status::Detached);
             }
         }

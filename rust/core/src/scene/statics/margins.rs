@@ -74,6 +74,8 @@ impl Statics {
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
+        let mut places = vec![0.0; scene.size];
+        reduction.place_closed(&mut places);
         let forces = normal_forces_at_rest(scene, combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduction.place(k);
@@ -81,8 +83,9 @@ impl Statics {
                 for &(row, factor) in &forces[i] {
                     offsets[i] += factor * scene.force[row];
                     for (k, value) in scene.stiffness.row(row) {
-                        if let Some(j) = position(k) {
-                            rows[(i, j)] += factor * value;
+                        match position(k) {
+                            Some(j) => rows[(i, j)] += factor * value,
+                            None => offsets[i] -= factor * value * places[k],
                         }
                     }
                 }
@@ -90,12 +93,13 @@ impl Statics {
             }
             let (terms, constant) = match &condensed {
                 Some(condensed) => condensed.replaced(&[(law.normal, 1.0)]),
-                None => scene.sum_of(law.normal),
+                None => (scene.terms_of(law.normal), 0.0),
             };
-            offsets[i] = 0.0 - constant;
+            offsets[i] = 0.0 - constant - law.gap;
             for (k, factor) in terms {
-                if let Some(j) = position(k) {
-                    rows[(i, j)] = factor;
+                match position(k) {
+                    Some(j) => rows[(i, j)] = factor,
+                    None => offsets[i] -= factor * places[k],
                 }
             }
         }

@@ -154,9 +154,9 @@ impl PhaseSearch {
             if function.trigger != EventKind::Impact || self.on_panel.panel.excluded[index] {
                 continue;
             }
-            let normal = run.scene.contacts[function.contact].normal;
+            let law = &run.scene.contacts[function.contact];
             let c = &mut self.on_panel.panel.coefficients[index * ROW..];
-            (c[0], c[1]) = (run.q[normal], run.u[normal] * self.on_panel.panel.width);
+            (c[0], c[1]) = (law.gap_at(&run.q), run.u[law.normal] * self.on_panel.panel.width);
             self.on_panel.panel.error[index] = self.on_panel.gap_error(index, 1.0);
         }
     }
@@ -177,8 +177,9 @@ impl PhaseSearch {
                     .on_panel
                     .unit
                     .run(ValueAndSlope(self.on_panel.panel.polynomial(index, 0), s));
-                let normal = run.scene.contacts[function.contact].normal;
-                (run.q[normal], run.u[normal]) = (gap, slope / self.on_panel.panel.width);
+                let law = &run.scene.contacts[function.contact];
+                run.q[law.normal] = gap - law.gap;
+                run.u[law.normal] = slope / self.on_panel.panel.width;
             }
         }
     }
