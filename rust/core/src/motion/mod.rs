@@ -9,6 +9,7 @@ pub(crate) mod modal;
 pub(crate) mod panel;
 pub(crate) mod phase_motion;
 pub(crate) mod propagators;
+mod row_rounding;
 pub(crate) mod series;
 pub(crate) mod taylor;
 
