@@ -12,6 +12,8 @@ pub(crate) mod propagators;
 mod row_rounding;
 pub(crate) mod series;
 pub(crate) mod taylor;
+#[cfg(test)]
+mod true_errors;
 
 pub use method::Method;
 pub use propagators::Propagators;
