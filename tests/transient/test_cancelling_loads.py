@@ -25,7 +25,7 @@ def star(seed, links):
     return stiffness, [0.0, a, b, -(a + b), *[0.0] * links], stop, dofs, 2 * np.pi / np.sqrt(spring + wall)
 
 
-@pytest.mark.parametrize("method", ["taylor"])
+@pytest.mark.parametrize("method", ["taylor", "modal"])
 @pytest.mark.parametrize("links", [0, 1])
 @pytest.mark.parametrize("gap", [1e-14, 1e-15, 3e-16, 1e-16, 3e-17])
 def test_a_mass_between_cancelling_pulls_strikes_nothing_for_certain(method, links, gap):
