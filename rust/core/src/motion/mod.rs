@@ -9,8 +9,11 @@ pub(crate) mod modal;
 pub(crate) mod panel;
 pub(crate) mod phase_motion;
 pub(crate) mod propagators;
+mod row_rounding;
 pub(crate) mod series;
 pub(crate) mod taylor;
+#[cfg(test)]
+mod true_errors;
 
 pub use method::Method;
 pub use propagators::Propagators;

@@ -1,10 +1,24 @@
 //! The event functions of a phase on one interval of time, as polynomials with error bounds.
+//!
+//! An error counts from the state with which the panel begins. Every sum, of an event function or of a row of the equation of
+//! motion, is rounded by its number of operations times the sum of its absolute terms, so also where the terms cancel. What the
+//! panels before in the same phase have rounded is allowed for by some operations more for each of them; nothing bounds how a
+//! motion that grows carries it on.
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::simd::GROUP;
 
 /// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.
 pub(super) const REACH: f64 = 3.0;
+
+/// Roundings that are allowed for each panel before.
+const PER_PANEL: usize = 8;
+
+/// The rounding of a sum with this many operations after a number of panels, relative to the sum of its absolute terms.
+#[inline(always)]
+pub(super) fn rounding(operations: usize, panels: u32) -> f64 {
+    0.5 * f64::EPSILON * (operations + PER_PANEL * panels as usize) as f64
+}
 
 /// Event functions on one stretch of time `[start, start + width]`, as polynomials in
 /// `s = (t - start) / width`.

@@ -15,6 +15,9 @@ use crate::motion::taylor::motion::TaylorMotion;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::model::Scene;
 
+/// Why a phase under a law has its motion.
+const BEGUN: &str = "restarting a phase under a law begins its motion";
+
 /// Number of bases that a motion remembers.
 const REMEMBERED: usize = 16;
 /// Numbers that the bases at hand of a motion may hold in all: 32 MB, beside those that the propagators keep.
@@ -119,7 +122,7 @@ impl Motion {
         match &self.bases[self.current].propagator {
             Propagator::Modal(_) => self.modal.start(),
             Propagator::Taylor(_) => self.taylor.start(),
-            Propagator::Law(_) => self.law.as_ref().map_or(0.0, |law| law.start()),
+            Propagator::Law(_) => self.law.as_ref().expect(BEGUN).start(),
             Propagator::Blocks(_) => {
                 self.blocks.iter().map(|part| part.motion.start()).fold(0.0, f64::max)
             }
@@ -131,7 +134,7 @@ impl Motion {
         let kind = match &self.bases[self.current].propagator {
             Propagator::Modal(modal) => Kind::Modal(&mut self.modal, modal),
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
-            Propagator::Law(operator) => Kind::Law(self.law.as_mut()?, operator),
+            Propagator::Law(operator) => Kind::Law(self.law.as_mut().expect(BEGUN), operator),
             Propagator::Blocks(_) => return None,
         };
         let scene = self.bases[self.current].scene(&self.scene);
@@ -158,7 +161,7 @@ impl Motion {
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
             Propagator::Law(operator) => {
-                let Some(law) = &mut self.law else { return };
+                let law = self.law.as_mut().expect(BEGUN);
                 if law.reach(self.bases[self.current].scene(&self.scene), operator, time) {
                     law.state(operator, time - law.start(), q, u);
                 } else {
@@ -180,9 +183,8 @@ impl Motion {
 
     /// Carries neighbours (dq, dq') of a phase under laws of friction from its start to local time `time`.
     pub fn carry(&mut self, time: f64, neighbours: &mut [Vec<f64>]) {
-        if let (Propagator::Law(operator), Some(law)) =
-            (&self.bases[self.current].propagator, &mut self.law)
-        {
+        if let Propagator::Law(operator) = &self.bases[self.current].propagator {
+            let law = self.law.as_mut().expect(BEGUN);
             law.carry(self.bases[self.current].scene(&self.scene), operator, time, neighbours);
         }
     }
@@ -190,7 +192,7 @@ impl Motion {
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
         let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };
-        let law = self.law.as_mut()?;
+        let law = self.law.as_mut().expect(BEGUN);
         let reached =
             law.reach(self.bases[self.current].scene(&self.scene), operator, time.next_up());
         reached.then(|| law.end())
@@ -202,7 +204,7 @@ impl Motion {
         match &self.bases[self.current].propagator {
             Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
             Propagator::Taylor(operator) => operator.norm(),
-            Propagator::Law(operator) => self.law.as_ref().map_or(0.0, |law| law.rate(operator)),
+            Propagator::Law(operator) => self.law.as_ref().expect(BEGUN).rate(operator),
             Propagator::Blocks(_) => {
                 let rates = self.blocks.iter().map(|part| part.motion.growth_rate(time));
                 rates.fold(0.0, f64::max)

@@ -98,7 +98,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let laws = contacts.iter().map(|&contact| {
         let mut law = scene.contacts[contact].clone();
         for slot in [&mut law.tangential, &mut law.normal] {
-            *slot = place(*slot).unwrap_or_default();
+            *slot = place(*slot).expect("a block holds both coordinates of a contact");
         }
         law
     });

@@ -139,7 +139,7 @@ impl Field {
         self.scale = self.scale.max(region.scale(locality));
         self.tail = self.tail.max(region.shorten(locality, self.scale));
         self.end = self.end.min(at + region.width);
-        region.measure();
+        region.measure(locality);
         let count = region.members.len();
         for (j, &k) in region.members[..region.within].iter().enumerate() {
             self.start[k] = at;

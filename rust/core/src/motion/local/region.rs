@@ -7,7 +7,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::local::locality::{Course, Locality};
 use crate::motion::local::rows::{Balance, Fill, Rows, Rubbed};
-use crate::motion::panel::Panel;
+use crate::motion::panel::{Panel, rounding};
 use crate::motion::series::{Largest, Sizes};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -19,9 +19,10 @@ use crate::scene::status::Status;
 const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 /// Coefficients of a coordinate: its velocity has one less.
 pub(super) const TERMS: usize = DEGREE + 2;
-/// Rounding of sparse products and of Horner's rule over the degree, twice where a series was moved to another time, in
-/// halves of an ulp.
-const ROUNDING: f64 = (56 + 8 * DEGREE) as f64;
+/// Those of sparse products and of Horner's rule over the degree, twice where a series was moved to another time.
+const OPERATIONS: usize = 56 + 8 * DEGREE;
+/// Those of a coefficient beside the sum of its row, where its neighbours were moved to another time.
+const IN_ROW: usize = 2 * TERMS;
 
 /// The coordinates within and their rim, with buffers that serve one region after the other.
 #[derive(Debug, Default)]
@@ -39,6 +40,8 @@ pub(super) struct Region {
     inverse_mass: Vec<f64>,
     /// Square roots of their masses, the weights of the norm.
     weight: Vec<f64>,
+    /// The weights of all members in the rounding of rows, see `TaylorOperator`.
+    row_weight: Vec<f64>,
     force: Vec<f64>,
     /// s
     pub width: f64,
@@ -52,6 +55,9 @@ pub(super) struct Region {
     sums: Vec<Doubled>,
     /// Absolute values of coefficients, of place and speed: constant, linear, and the sum of the others.
     sizes: [[Vec<f64>; 2]; 3],
+    /// A bound of the norm of what rounding of the rows leaves in the state of those within: a coefficient is rounded by a part
+    /// of the terms that its row sums up, also where these cancel.
+    rounded: f64,
     unit: VectorUnit,
 }
 
@@ -91,6 +97,11 @@ impl Region {
         self.courses.extend(self.members.iter().map(|&k| locality.course(scene, statuses, k)));
         self.weight.clear();
         self.weight.extend(self.members[..self.within].iter().map(|&k| locality.weight[k]));
+        self.row_weight.clear();
+        self.row_weight.extend(self.members.iter().map(|&k| {
+            let spring = scene.stiffness.get(k, k).abs().sqrt() / locality.omega;
+            locality.weight[k].max(spring)
+        }));
         self.origin.resize(count, 0.0);
         self.terms.resize(count * TERMS, 0.0);
         self.moved.resize(2 * count, 0.0);
@@ -132,6 +143,11 @@ impl Region {
 
     pub fn place(&self, coordinate: usize) -> Option<usize> {
         self.place[coordinate].map(|place| place as usize)
+    }
+
+    /// The place of a coordinate of an event function, whose contact the region encloses.
+    fn place_within(&self, coordinate: usize) -> usize {
+        self.place(coordinate).unwrap_or_else(|| unreachable!("{coordinate} is not in the region"))
     }
 
     pub fn course(&self, member: usize) -> Course {
@@ -208,11 +224,17 @@ impl Region {
         left_out(self)
     }
 
-    /// Absolute values of the coefficients of every member.
-    pub fn measure(&mut self) {
-        let Self { terms, sizes, width, unit, .. } = self;
+    /// Absolute values of the coefficients of every member, and what rounding of the rows leaves in the state.
+    pub fn measure(&mut self, locality: &Locality) {
+        let Self { terms, sizes, width, unit, row_weight, .. } = self;
         let rates = std::array::from_fn(|k| (k + 1) as f64 / *width);
         unit.run(Sizes { terms, n: self.members.len(), rates, sizes });
+        let size = |[q, u]: &[Vec<f64>; 2]| {
+            unit.run(Largest { weight: row_weight, q, u, factors: [locality.omega, 1.0] })
+        };
+        let reach = locality.sigma * *width;
+        let operations = 2 * self.rows.longest() + IN_ROW;
+        self.rounded = rounding(operations, 0) * reach * sizes.iter().map(size).sum::<f64>();
     }
 
     /// Fills a panel with event functions of contacts within; `left_out` bounds the norm of what the motion leaves out.
@@ -224,8 +246,9 @@ impl Region {
         panel: &mut Panel,
     ) {
         panel.reset(self.width, functions.len());
-        let rounding = 0.5 * f64::EPSILON * ROUNDING;
-        let place = |k: usize| self.place[k].map_or(0, |place| place as usize);
+        let off = left_out + self.rounded;
+        let rounding = rounding(OPERATIONS, 0);
+        let place = |k: usize| self.place_within(k);
         let sum = |functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]| -> f64 {
             let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
                 terms.iter().map(|&(k, weight)| weight.abs() * sizes[place(k)]).sum()
@@ -240,7 +263,7 @@ impl Region {
             let [at_origin, size] =
                 terms.fold(constant, |[sum, size], term| [sum + term, size + term.abs()]);
             let (higher, linear) = (sum(functional, others), sum(functional, second));
-            let curvature = rounding * higher + left_out * locality.functional_norm(functional);
+            let curvature = rounding * higher + off * locality.functional_norm(functional);
             let error = rounding * (size + sum(functional, first) + linear) + curvature;
             panel.error[index] = error;
             panel.curvature_error[index] = curvature;
@@ -265,7 +288,7 @@ impl Region {
         let count = self.members.len();
         let (q, dq) = self.terms[k * count..(k + 2) * count].split_at(count);
         let rate = (k + 1) as f64 / self.width;
-        let place = |k: usize| self.place[k].map_or(0, |place| place as usize);
+        let place = |k: usize| self.place_within(k);
         let position: f64 =
             functional.position.iter().map(|&(k, weight)| weight * q[place(k)]).sum();
         let velocity: f64 =

@@ -52,6 +52,11 @@ impl Rows {
         }
     }
 
+    /// Entries of the longest row.
+    pub fn longest(&self) -> usize {
+        self.groups().map(<[Entries]>::len).max().unwrap_or(0)
+    }
+
     /// The entries of one group after the other.
     #[inline(always)]
     fn groups(&self) -> impl Iterator<Item = &[Entries]> {

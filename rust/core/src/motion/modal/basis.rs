@@ -11,6 +11,7 @@ use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::modal::level::{LEVELS, Level};
 use crate::motion::modal::reference::{At, Reference};
 use crate::motion::panel::REACH;
+use crate::numerics::first_root::polynomial::DEGREE;
 use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, complex_groups, in_groups};
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
@@ -20,6 +21,15 @@ use crate::scene::reduction::reduced_system::Reduced;
 pub(super) const SUPERPOSED: usize = 4;
 /// Groups of modes whose sums over the coordinates run side by side.
 pub(super) const PROJECTED: usize = 2;
+
+/// Roundings of an amplitude beside those of the sum over the coordinates.
+const IN_PROJECTION: usize = 8;
+
+/// Operations on the amplitudes of a panel: dot products of this many complex terms, a table built by DEGREE multiplications,
+/// and Horner's rule.
+pub(super) fn operations(count: usize) -> usize {
+    2 * count + 3 * DEGREE + 10
+}
 
 /// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
 #[derive(Debug)]
@@ -63,6 +73,8 @@ pub(super) struct Weight {
     pub of: ComplexGroup,
     /// |of|
     pub magnitude: Group,
+    /// What rounding counts: |of|, and what the projection of the mode's motion on the other modes leaves in the function.
+    pub rounded: Group,
 }
 
 impl ModalBasis {
@@ -108,6 +120,7 @@ impl ModalBasis {
             .collect();
         let reduction = &reduced.reduction;
         let kept = |&(k, weight): &(usize, f64)| Some((reduction.place(k)?, weight));
+        let part_of_projection = (m + IN_PROJECTION) as f64 / operations(count) as f64;
         let function_weights = functions
             .iter()
             .map(|function| {
@@ -124,8 +137,24 @@ impl ModalBasis {
                     }
                 }
                 let magnitudes: Vec<f64> = weights.iter().map(|weight| weight.norm()).collect();
-                let weights = complex_groups(&weights).zip(in_groups(&magnitudes));
-                weights.map(|(of, magnitude)| Weight { of, magnitude }).collect()
+                let mut rounded = magnitudes.clone();
+                for k in 0..m {
+                    let at = k * stride..k * stride + count;
+                    let size = |from: &[Complex64]| -> f64 {
+                        let factors = magnitudes.iter().zip(&from[at.clone()]);
+                        factors.map(|(magnitude, factor)| magnitude * factor.norm()).sum()
+                    };
+                    let [of_position, of_velocity] = [size(&from_position), size(&from_velocity)];
+                    for (r, shape) in shape[at].iter().enumerate() {
+                        let size = of_position + of_velocity * lambda[r].norm();
+                        rounded[r] += part_of_projection * size * shape.norm();
+                    }
+                }
+                let sizes = in_groups(&magnitudes).into_iter().zip(in_groups(&rounded));
+                let weights = complex_groups(&weights).zip(sizes);
+                weights
+                    .map(|(of, (magnitude, rounded))| Weight { of, magnitude, rounded })
+                    .collect()
             })
             .collect();
         let fastest = modes.last().map_or(0.0, |mode| mode.eigenvalue.norm());

@@ -46,8 +46,9 @@ pub(super) struct Bounds {
     /// Bounds of the affine part, and of the terms that the mode adds to it.
     pub(super) affine: Group,
     pub(super) curvature: Group,
-    /// Bound of the terms that the mode adds to its quadratic part about the middle, rounding included.
+    /// Bound of the terms that the mode adds to its quadratic part about the middle, and the rounding of all of them.
     pub(super) beyond: Group,
+    pub(super) rounded: Group,
     /// Bound of the terms that a mode without polynomial adds to its affine part.
     pub(super) fast: Group,
 }
@@ -144,7 +145,8 @@ impl ModalMotion {
         let modes = Modes { z: zero, dz: zero, w: zero };
         self.modes.resize(groups, modes);
         self.middle.resize(groups, modes);
-        let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
+        let bounds =
+            Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, rounded: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
         self.at.resize(groups, [zero; 2]);
         self.parts.resize(basis.parts.max(self.parts.len()), ZEROS);

@@ -7,11 +7,10 @@
 use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
-use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::basis::{ModalBasis, operations};
 use crate::motion::modal::level::{LEVELS, Level, LevelModes, TAIL_GROUPS};
 use crate::motion::modal::motion::{Bounds, FIRST_LEAP, ModalMotion, Modes, with_groups};
-use crate::motion::panel::Panel;
-use crate::numerics::first_root::polynomial::DEGREE;
+use crate::motion::panel::{Panel, rounding};
 use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
 
 /// Quiet panels before a leap is tried.
@@ -20,7 +19,8 @@ const QUIET: u32 = 3;
 /// motion nothing else ends a series of leaps before the end of the run.
 const LEAPS: u32 = 1000;
 
-/// An envelope clears a stretch if it stays above this part of its terms, whose sums are rounded by 1e-14 of them.
+/// An envelope clears a stretch if it stays above this part of its terms, and above their rounding, which is larger after a
+/// thousand panels.
 const CLEAR: f64 = 1e-12;
 
 /// Number of panels between two tests whether the fast modes have decayed.
@@ -45,6 +45,11 @@ impl ModalMotion {
             }
             bound <= f64::EPSILON * scale
         })
+    }
+
+    /// Rounding of an event function, relative to the sum of its terms, and that of the recurrence over the panels before.
+    fn rounding(&self, basis: &ModalBasis) -> f64 {
+        rounding(operations(basis.count), self.panels)
     }
 
     /// Moves over stretches that the envelope proves free of events, up to `remaining`.
@@ -80,6 +85,7 @@ impl ModalMotion {
         basis: &ModalBasis,
         level: &Level,
     ) -> bool {
+        let clear = CLEAR.max(self.rounding(basis));
         let width = simd.splat_f64s(level.width);
         let (modes, at) = (&self.modes[..groups], &level.modes[..groups]);
         let (affine, bounds) = (&mut self.middle[..groups], &mut self.bounds[..groups]);
@@ -109,14 +115,14 @@ impl ModalMotion {
                 let weight = weights[g];
                 value = add_real_part(simd, value, weight.of, affine[g].z);
                 slope = add_real_part(simd, slope, weight.of, affine[g].dz);
-                scale = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, scale);
+                scale = simd.mul_add_f64s(weight.rounded, bounds[g].affine, scale);
                 reach = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, reach);
             }
             let offset = constant + function_slope * self.start.high;
             let change = (simd.reduce_sum_f64s(slope) + function_slope) * level.width;
             let reach = simd.reduce_sum_f64s(reach);
             let lowest = offset + simd.reduce_sum_f64s(value) + change.min(0.0) - reach;
-            if !(lowest > CLEAR * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
+            if !(lowest > clear * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
                 return false;
             }
         }
@@ -151,10 +157,7 @@ impl ModalMotion {
         panel: &mut Panel,
     ) {
         let width = level.width;
-        // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
-        // and the recurrence over the panels before this one, each a few roundings of relative size u.
-        let unit = 0.5 * f64::EPSILON;
-        let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
+        let rounding = self.rounding(basis);
         let (modes, at) = (&self.modes[..groups], &level.modes[..groups]);
         let (middle, bounds) = (&mut self.middle[..groups], &mut self.bounds[..groups]);
         let half = 0.5 * width;
@@ -169,7 +172,8 @@ impl ModalMotion {
             bounds[g] = Bounds {
                 affine,
                 curvature,
-                beyond: simd.mul_add_f64s(of_w, middle_reach, rounded),
+                beyond: simd.mul_f64s(of_w, middle_reach),
+                rounded,
                 fast: simd.mul_f64s(of_w, fast_reach),
             };
             middle[g] = modes[g].after(simd, &at[g].half, half);
@@ -189,6 +193,7 @@ impl ModalMotion {
                 first = add_real_part(simd, first, weight.of, middle[g].dz);
                 second = add_real_part(simd, second, weight.of, middle[g].w);
                 beyond = simd.mul_add_f64s(weight.magnitude, bounds[g].beyond, beyond);
+                beyond = simd.mul_add_f64s(weight.rounded, bounds[g].rounded, beyond);
             }
             let c0 = offset + half * slope + simd.reduce_sum_f64s(value);
             let c1 = (half * (slope + simd.reduce_sum_f64s(first))).abs();
@@ -205,8 +210,8 @@ impl ModalMotion {
                 let weight = weights[g];
                 value = add_real_part(simd, value, weight.of, modes[g].z);
                 first = add_real_part(simd, first, weight.of, modes[g].dz);
-                affine = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, affine);
-                curvature = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, curvature);
+                affine = simd.mul_add_f64s(weight.rounded, bounds[g].affine, affine);
+                curvature = simd.mul_add_f64s(weight.rounded, bounds[g].curvature, curvature);
                 fast = simd.mul_add_f64s(weight.magnitude, bounds[g].fast, fast);
             }
             let (affine, curvature) =

@@ -109,7 +109,7 @@ impl BorderedRows {
         order: Order<'_>,
         buffers: &mut Buffers,
     ) {
-        let Some(border) = border_of(scene) else { return };
+        let border = border_of(scene).expect(BORDERED);
         let Order { q, dq, rate, factor, force, forced, next } = order;
         let Buffers { still, moved, sum, dots, residual, acceleration, places, .. } = buffers;
         moved.resize(border.groups, ZEROS);
@@ -176,7 +176,7 @@ impl BorderedRows {
         force: &mut [f64],
         buffers: &mut Buffers,
     ) {
-        let Some(border) = border_of(scene) else { return };
+        let border = border_of(scene).expect(BORDERED);
         let Buffers { moved, sum, low, places, .. } = buffers;
         let given = self.following.as_ref().map_or(&scene.force, |following| &following.force);
         for (buffer, values) in [(&mut *moved, q), (&mut *sum, &given[..])] {
@@ -217,6 +217,9 @@ impl BorderedRows {
         border.loads.iter().for_each(|&(k, _)| force[k] = -scene.stiffness.get(k, k) * q[k]);
     }
 }
+
+/// Why a scene has one.
+const BORDERED: &str = "rows with a border are of a scene with one";
 
 /// The border of the stiffness of a scene.
 pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
-use crate::motion::panel::Panel;
+use crate::motion::panel::{Panel, rounding};
 use crate::motion::series::{Horner, Sizes};
 use crate::motion::taylor::balance::Balance;
 use crate::motion::taylor::bordered::{Buffers, Order};
@@ -349,20 +349,39 @@ impl TaylorMotion {
     ) {
         let (scene, functions) = operator.inside(scene, functions);
         let tail = operator.tail(self.width) * self.last_norm(scene, operator);
-        self.expand_within(operator, functions, panel, tail);
+        self.measure();
+        let rounded = operator.rounding(self.width, &self.sizes, self.panels);
+        self.fill_panel(operator, functions, panel, tail + rounded, |motion, index| {
+            let rows = operator.row_rounding(scene, &functions[index].functional, index)?;
+            let of_rows = rows.of(motion.width, &motion.sizes, &motion.force);
+            let rounded = operator.rounding_of_rows(motion.panels) * of_rows;
+            Some(tail * operator.function_norms[index] + rounded)
+        });
     }
 
-    /// The same where `tail` bounds the error of the state, in the norm of the operator.
+    /// The same where `off` bounds the error of the state, in the norm of the operator.
     pub(crate) fn expand_within(
         &mut self,
         operator: &TaylorOperator,
         functions: &[EventFunction],
         panel: &mut Panel,
-        tail: f64,
+        off: f64,
+    ) {
+        self.measure();
+        self.fill_panel(operator, functions, panel, off, |_, _| None);
+    }
+
+    /// The same from the sizes of the coefficients; `closer` bounds what an error of the state leaves in one function.
+    fn fill_panel(
+        &mut self,
+        operator: &TaylorOperator,
+        functions: &[EventFunction],
+        panel: &mut Panel,
+        off: f64,
+        closer: impl Fn(&Self, usize) -> Option<f64>,
     ) {
         panel.reset(self.width, functions.len());
         let rounding = self.rounding();
-        self.measure();
         let rows = &operator.long;
         if let Some(beta) = rows.beta() {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
@@ -397,10 +416,8 @@ impl TaylorMotion {
             let (higher, linear) = (sum(index, 2), sum(index, 1));
             let [at_origin, size] = self.constants[index];
             let constant = size + sum(index, 0);
-            let curvature = rounding * higher + tail * operator.function_norms[index];
-            let error = rounding * (constant + linear) + curvature;
-            panel.error[index] = error;
-            panel.curvature_error[index] = curvature;
+            let mut of_state = off * operator.function_norms[index];
+            let own = rounding * (constant + linear + higher);
             let start = at_origin
                 + match long(index) {
                     Some(row) => {
@@ -409,7 +426,13 @@ impl TaylorMotion {
                     }
                     None => self.coefficient(&function.functional, 0),
                 };
-            panel.excluded[index] = start - linear - higher > error;
+            let lowest = start - linear - higher - own;
+            if !(lowest > of_state) {
+                of_state = closer(self, index).unwrap_or(of_state);
+            }
+            panel.error[index] = own + of_state;
+            panel.curvature_error[index] = rounding * higher + of_state;
+            panel.excluded[index] = lowest > of_state;
             if !panel.excluded[index] {
                 panel.row(index)[0] = start;
                 self.open.push(index);
@@ -514,10 +537,10 @@ impl TaylorMotion {
         self.constants[index]
     }
 
-    /// Rounding of an event function, relative to the sum of its terms: sparse dot products and Horner's rule over the
-    /// degree, and the sums of the panels before.
+    /// Rounding of an event function from a state, relative to the sum of its terms: sparse dot products and Horner's rule
+    /// over the degree, and the sums of the panels before.
     pub(crate) fn rounding(&self) -> f64 {
-        0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64
+        rounding(40 + 6 * DEGREE, self.panels)
     }
 
     /// The coefficient of order k of the displacements in a functional.

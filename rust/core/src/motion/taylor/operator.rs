@@ -8,12 +8,14 @@
 //! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it
 //! are known for the scene as a whole, and a combination multiplies them by what its friction adds.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::contact::event_function::{EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::motion::panel::rounding;
+use crate::motion::row_rounding::RowRounding;
 use crate::motion::series::Largest;
 use crate::motion::taylor::bordered::{BorderedRows, border_of};
 use crate::motion::taylor::dense_rows::DenseRows;
@@ -31,6 +33,9 @@ const WIDTH: f64 = 6.0;
 /// The same for the norm of M, which overestimates the fastest mode by some percent.
 const TIGHT_WIDTH: f64 = 5.0;
 
+/// Roundings of a coefficient beside those of the sum of its row.
+const IN_ROW: usize = 16;
+
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
 pub(crate) struct TaylorOperator {
@@ -45,6 +50,11 @@ pub(crate) struct TaylorOperator {
     pub(super) weight: Vec<f64>,
     /// The same of the states, zero of other coordinates.
     pub(super) state_weight: Vec<f64>,
+    /// The weights of all coordinates in the rounding of rows, also of those that contacts move: with the mass that the own
+    /// spring would swing at omega, no row sees more of one than `omega^2` times its weight.
+    row_weight: Vec<f64>,
+    /// Largest number of entries that are summed up in a row of the equation.
+    entries: usize,
     /// Coordinates that mass couples to others.
     pub(super) coupled: Vec<usize>,
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
@@ -54,8 +64,12 @@ pub(crate) struct TaylorOperator {
     sigma: f64,
     /// The coordinates in which the series moves, where they are not those of the scene.
     pub(super) held: Option<InModes>,
+    /// Whether the norm is that of M, and not the largest entry.
+    norm_is_of_mass: bool,
     /// For each event function the factor from the norm of a state to a bound of its value.
     pub(super) function_norms: Vec<f64>,
+    /// For each event function what rounding of the rows leaves in it, found where the norm does not exclude the function.
+    row_rounding: Vec<OnceLock<RowRounding>>,
 }
 
 /// The modes with held contacts, and the event functions of the combination in them.
@@ -146,11 +160,15 @@ impl TaylorOperator {
                 .collect(),
             weight,
             state_weight: Vec::new(),
+            row_weight: Vec::new(),
+            entries: 0,
             omega: 0.0,
             width: 0.0,
             sigma: 0.0,
             held: None,
+            norm_is_of_mass: scene.coupled_mass.is_some(),
             function_norms: Vec::new(),
+            row_rounding: (0..functions.len()).map(|_| OnceLock::new()).collect(),
         };
         let (mut stiffness, damping) = operator.norms(scene);
         // omega balances the two blocks; any positive one is valid.
@@ -175,6 +193,17 @@ impl TaylorOperator {
         for &k in &operator.equation.reduction.states {
             operator.state_weight[k] = operator.weight[k];
         }
+        operator.row_weight.clone_from(&operator.weight);
+        for &(k, _) in &operator.equation.reduction.sticking {
+            let spring = scene.stiffness.get(k, k).abs().sqrt() / operator.omega;
+            operator.row_weight[k] = operator.weight[k].max(spring);
+        }
+        let reduction = &operator.equation.reduction;
+        let of_row = |i: usize| {
+            let sources = reduction.sources(i);
+            sources.map(|(row, _)| scene.stiffness.entries_of(row).0.len()).sum::<usize>()
+        };
+        operator.entries = (0..reduction.kept.len()).map(of_row).max().unwrap_or(0);
         let of = |function: &EventFunction| operator.dual_norm(scene, &function.functional);
         operator.function_norms = functions.iter().map(of).collect();
         Ok(operator)
@@ -237,6 +266,44 @@ impl TaylorOperator {
     pub(super) fn tail(&self, h: f64) -> f64 {
         let rho = self.sigma * h / COEFFICIENTS as f64;
         rho / (1.0 - rho)
+    }
+
+    /// What rounding of the rows of the equation leaves in the state on a panel of width h, in the norm, from the sizes of all
+    /// coefficients: a coefficient is rounded by a part of the terms that its row sums up, also where these cancel. Where mass
+    /// couples coordinates, this counts a single step and is an estimate.
+    pub(super) fn rounding(&self, h: f64, sizes: &[[Vec<f64>; 2]; 3], panels: u32) -> f64 {
+        let n = self.row_weight.len();
+        let [[q0, u0], [q1, u1], [q2, u2]] =
+            sizes.each_ref().map(|of| of.each_ref().map(|x| &x[..n]));
+        let [mut largest, mut squares] = [0.0, 0.0];
+        for (k, weight) in self.row_weight.iter().enumerate() {
+            let (q, u) = (self.omega * (q0[k] + q1[k] + q2[k]), u0[k] + u1[k] + u2[k]);
+            // `f64::max` looks for NaN, which takes longer; what the series leaves out is infinite then.
+            let entry = weight * if q > u { q } else { u };
+            largest = if entry > largest { entry } else { largest };
+            squares += entry * entry;
+        }
+        let reach = self.sigma * h;
+        let size =
+            if self.norm_is_of_mass { reach * squares.sqrt() } else { reach.exp_m1() * largest };
+        self.rounding_of_rows(panels) * size
+    }
+
+    /// The rounding of a row, relative to the sum of its absolute terms.
+    pub(super) fn rounding_of_rows(&self, panels: u32) -> f64 {
+        rounding(self.entries + IN_ROW, panels)
+    }
+
+    /// What rounding of the rows leaves in an event function, where it is known row by row.
+    pub(super) fn row_rounding(
+        &self,
+        scene: &Scene,
+        functional: &Functional,
+        index: usize,
+    ) -> Option<&RowRounding> {
+        let reduction = &self.equation.reduction;
+        let rows = || RowRounding::new(scene, reduction, functional, self.width);
+        (!self.norm_is_of_mass).then(|| self.row_rounding[index].get_or_init(rows))
     }
 
     /// Norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
