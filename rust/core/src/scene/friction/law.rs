@@ -86,6 +86,17 @@ impl Table {
         Some(end)
     }
 
+    /// A bound of |d mu / d |s|| between two slip speeds, over all pieces there.
+    pub(crate) fn steepest(&self, from: f64, to: f64) -> f64 {
+        let steepest = |place: usize| {
+            let [_, b, c, d] = self.pieces[place];
+            let end = self.speeds.get(place + 1).map_or(to, |&next| next.min(to));
+            let x = (end - self.speeds[place]).max(0.0);
+            b.abs() + x * (2.0 * c.abs() + 3.0 * x * d.abs())
+        };
+        (self.piece(from)..=self.piece(to)).map(steepest).fold(0.0, f64::max)
+    }
+
     /// The piece that holds at a speed; at the border of two the one above it.
     pub fn piece(&self, speed: f64) -> usize {
         self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
