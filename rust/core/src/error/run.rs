@@ -60,6 +60,16 @@ pub enum RunFailure {
         /// Time at which it does, s.
         time: f64,
     },
+    /// A law of friction changes over slip speeds that are lost in the rounding of the motion.
+    #[error(
+        "contact {contact} at t = {time} s: its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"
+    )]
+    UnresolvedFriction {
+        /// Index of the contact.
+        contact: usize,
+        /// Time up to which the motion is known, s.
+        time: f64,
+    },
     /// After an event a closed contact can neither stick nor slide.
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",

@@ -195,7 +195,7 @@ impl Motion {
         let law = self.law.as_mut().expect(BEGUN);
         let reached =
             law.reach(self.bases[self.current].scene(&self.scene), operator, time.next_up());
-        reached.then(|| law.end())
+        (reached && law.end() > time).then(|| law.end())
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have

@@ -24,7 +24,9 @@ use crate::scene::model::Scene;
 /// Largest L of a panel; rounding then grows by (e^L - 1) / L, about 70.
 const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
-const TRIALS: usize = 60;
+pub(super) const TRIALS: usize = 60;
+/// Panels one after the other that may be too short for the time to show them, between speeds of tables.
+pub(super) const STALLED: usize = 1000;
 /// Bound of truncation on a panel, relative to the state: two ulps.
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
@@ -213,12 +215,6 @@ impl LawMotion {
         self.ended.map(|(place, end)| (operator.contacts[place].contact, end))
     }
 
-    /// The piece of the table of a contact on the panel.
-    #[cfg(test)]
-    pub fn piece(&self, place: usize) -> usize {
-        self.contacts[place].series.piece
-    }
-
     /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
     pub fn rate(&self, operator: &LawOperator) -> f64 {
         operator.taylor.norm()
@@ -233,11 +229,12 @@ impl LawMotion {
         self.hold(operator);
         self.powers = [1.0; COEFFICIENTS];
         self.shortenings = 0;
+        self.recur_in_range(scene, operator);
         for _ in 0..CHANGES {
-            self.recur(scene, operator);
             if !self.change_pieces(operator) {
                 break;
             }
+            self.recur_in_range(scene, operator);
         }
         self.ended = self.ended.or_else(|| self.end_of_flow(operator));
         for _ in 0..TRIALS {
@@ -272,8 +269,9 @@ impl LawMotion {
         if !self.left_out.is_finite() {
             self.ended = self.ended.or_else(|| self.end_of_flow(operator));
         }
+        self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
-        self.cut(operator);
+        self.cut(operator, scale);
     }
 
     /// The normal forces of order k, each of which the friction of the others moves.
@@ -421,19 +419,28 @@ impl LawMotion {
     /// Moves on to the panel that holds a local time; false where the motion grows beyond the range of numbers before, as
     /// one does that is followed past the end of slip.
     pub fn reach(&mut self, scene: &Scene, operator: &LawOperator, time: f64) -> bool {
+        let mut stalled = 0;
         while time > self.end() {
-            let before = self.end();
-            self.advance(scene, operator);
+            // The motion is known up to here, and a time beyond is so by rounding.
+            if let Some((_, LawEnd::Unresolved)) = self.ended {
+                return true;
+            }
             // Where a law has ended the phase, panels may shrink without end.
             let ended = self.ended.is_some_and(|(_, end)| end != LawEnd::Negative);
-            if ended || !(self.end() > before) {
+            if ended || !self.left_out.is_finite() || stalled > STALLED {
                 return false;
             }
+            let before = self.end();
+            self.advance(scene, operator);
+            stalled = if self.end() > before { 0 } else { stalled + 1 };
         }
-        true
+        time <= self.end()
     }
 
+    /// The state on the panel; one that cannot be resolved is known at its start alone.
     pub fn state(&self, operator: &LawOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        let unresolved = matches!(self.ended, Some((_, LawEnd::Unresolved)));
+        let offset = if unresolved { 0.0 } else { offset };
         self.taylor.state(&operator.taylor, offset, q, u);
     }
 }

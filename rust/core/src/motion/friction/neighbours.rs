@@ -6,7 +6,7 @@
 //! the motion is, so that `dR = mu(S) dN` at its start, and on the last one before an opening dR is held. Its panels are
 //! shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::motion::{LawMotion, STALLED};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::friction::series::law_series::product;
@@ -44,7 +44,7 @@ impl LawMotion {
         duration: f64,
         neighbours: &mut [Vec<f64>],
     ) {
-        let mut before = f64::NEG_INFINITY;
+        let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
         loop {
             let slopes: Vec<Slopes> = operator
                 .contacts
@@ -62,7 +62,8 @@ impl LawMotion {
             let width = self.taylor.width;
             let left_out = |one: &Series| one.left_out(scene.size, width, operator);
             let worst = all.iter().map(left_out).fold(0.0, worse);
-            if !worst.is_finite() || !(self.end() > before) {
+            stalled = if self.end() > before { 0 } else { stalled + 1 };
+            if !worst.is_finite() || self.end().is_nan() || stalled > STALLED {
                 // Beyond the range of numbers.
                 neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
                 return;

@@ -2,16 +2,21 @@
 
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::UNIT;
-use crate::numerics::first_root::polynomial::ROW;
+use crate::motion::taylor::motion::TaylorMotion;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
 use crate::scene::friction::law::FrictionLaw;
 
-/// Distance from a speed of a table, relative to it, that is rounding of the motion to it.
-const AT_KNOT: f64 = 1e-12;
-/// A crossing of a speed of a table nearer than this part of the panel is taken at its start.
-const AT_START: f64 = 1e-9;
+/// Units of rounding within which a slip speed is at a border of its piece: few operations give the state and S from it.
+const AT_BORDER: f64 = 16.0;
+/// The same, relative to the border, where slip has no mass: S is solved for, with the rounding of forces.
+const AT_BORDER_OF_FLOW: f64 = 1e-12;
+
+/// Speeds over which a law changes, relative to the motion, below which a panel without a bound lacks it for them.
+const NARROW: f64 = 1e-9;
 
 /// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
 /// vanishes, the node relaxes ever faster, and panels would shrink without end.
@@ -50,25 +55,59 @@ impl LawMotion {
         })
     }
 
+    /// A contact whose law changes over slip speeds that are lost in rounding: beside a motion so large that no panel has a bound;
+    /// that pass within the rounding of time; or over which a falling friction drives slip apart that begins from rest.
+    pub(super) fn unresolved(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
+        let TaylorMotion { width, .. } = self.taylor;
+        let start = self.start();
+        let mut contacts = operator.contacts.iter().zip(&self.contacts);
+        let place = contacts.position(|(one, sliding)| {
+            let Sliding { series, normal, .. } = sliding;
+            if !self.left_out.is_finite() {
+                let large = NARROW * scale * one.slip_norm;
+                return large.is_finite() && series.resolution(&one.law) < large;
+            }
+            if one.flow.is_some() {
+                return false;
+            }
+            let [slip, first, second] = [0, 1, 2].map(|k| series.slip[k].abs());
+            if first * (start.next_up() - start) > width * series.resolution(&one.law) {
+                return true;
+            }
+            let rounding = AT_BORDER * UNIT * one.slip.constant.abs();
+            if slip > rounding {
+                return false;
+            }
+            // Slip that begins with S_1 and S_2 is, where it grows by e^(r s), as one of S_1 / r or 2 S_2 / r^2.
+            let fall = -series.slope(&one.law) * normal[0] * one.force_norm * one.slip_norm;
+            let r = (fall * width).max(0.0);
+            f64::max(first * r, 2.0 * second) < rounding * r * r
+        });
+        place.map(|place| (place, LawEnd::Unresolved))
+    }
+
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
     pub(super) fn change_pieces(&mut self, operator: &LawOperator) -> bool {
         let mut changed = false;
         for (one, Sliding { series, .. }) in operator.contacts.iter().zip(&mut self.contacts) {
             let FrictionLaw::Tabulated(table) = &one.law else { continue };
-            for (border, beyond) in borders(&table.speeds, series.piece) {
-                let outwards = if beyond > series.piece { series.slip[1] } else { -series.slip[1] };
-                if (series.slip[0] - border).abs() <= AT_KNOT * border && outwards > 0.0 {
-                    series.piece = beyond;
-                    changed = true;
-                    break;
-                }
+            let scale = self.taylor.scale(&operator.taylor);
+            let mut borders = borders(&table.speeds, series.piece);
+            let left = borders.find(|&(border, beyond)| {
+                let distance =
+                    distance(&series.slip, border, beyond > series.piece, at(one, border, scale));
+                distance.is_some_and(|p| p[0] < 0.0)
+            });
+            if let Some((_, beyond)) = left {
+                series.piece = beyond;
+                changed = true;
             }
         }
         changed
     }
 
     /// Ends the panel where the first slip speed comes to the border of a piece, or the first law to 0.
-    pub(super) fn cut(&mut self, operator: &LawOperator) {
+    pub(super) fn cut(&mut self, operator: &LawOperator, scale: f64) {
         (self.next, self.ends) = (None, None);
         let mut first = 1.0;
         for (place, (one, Sliding { series, .. })) in
@@ -78,19 +117,10 @@ impl LawMotion {
                 if series.range() < (series.slip[0] - border).abs() {
                     return None;
                 }
-                let side = if above { -1.0 } else { 1.0 };
-                let mut p = [0.0; ROW];
-                p.iter_mut().zip(&series.slip).for_each(|(p, c)| *p = side * c);
-                p[0] -= side * border;
-                // A panel that begins at the border leaves it.
-                let departs = p[0].abs() <= AT_KNOT * border;
-                if departs {
-                    p.copy_within(1.., 0);
-                    p[ROW - 1] = 0.0;
-                }
+                let p = distance(&series.slip, border, above, at(one, border, scale))?;
                 let error = UNIT * (border.abs() + series.range());
                 match self.unit.run(FirstRoot { polynomial: &p, error, end }) {
-                    Verdict::Crossing { root, .. } if root > AT_START => Some(root),
+                    Verdict::Crossing { root, .. } if root > 0.0 => Some(root),
                     _ => None,
                 }
             };
@@ -123,6 +153,28 @@ impl LawMotion {
             self.shorten(first);
         }
     }
+}
+
+/// The distance from a border within which a slip speed is at it.
+fn at(one: &LawContact, border: f64, scale: f64) -> f64 {
+    match one.flow {
+        Some(_) => AT_BORDER_OF_FLOW * border,
+        None => AT_BORDER * UNIT * (border + scale * one.slip_norm),
+    }
+}
+
+/// The distance of a slip speed S from a border that is `above` or below it, negative beyond. Where S begins at the border, the
+/// orders that do not take it away from there are left out and the power of the first other one is divided out, so that the
+/// first coefficient shows the side to which S leaves. None if it stays at the border.
+fn distance(slip: &[f64; COEFFICIENTS], border: f64, above: bool, at: f64) -> Option<[f64; ROW]> {
+    let side = if above { -1.0 } else { 1.0 };
+    let mut p = [0.0; ROW];
+    p.iter_mut().zip(slip).for_each(|(p, c)| *p = side * c);
+    p[0] -= side * border;
+    let order = p.iter().position(|c| c.abs() > at)?;
+    p.copy_within(order.., 0);
+    p[ROW - order..].fill(0.0);
+    Some(p)
 }
 
 /// The borders of a piece of a table, each with the piece beyond it; rest is none, and the last piece has no end.

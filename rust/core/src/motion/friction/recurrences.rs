@@ -1,6 +1,6 @@
 //! The recurrences of a panel, order by order: slip speeds and normal forces, laws, forces, and the next order of the state.
 
-use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::motion::{LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::SHARING;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
@@ -8,6 +8,9 @@ use crate::motion::friction::small::Small;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes, group};
 use crate::scene::model::Scene;
+
+/// How far an order of a slip speed may go, relative to what its law allows: the 29th power of it is within the range of numbers.
+const WIDE: f64 = 1e3;
 
 struct Recurrences<'a> {
     motion: &'a mut LawMotion,
@@ -57,6 +60,29 @@ impl LawMotion {
                 sliding.friction_beyond =
                     self.taylor.displacement(&flow.friction, COEFFICIENTS).abs();
             }
+        }
+    }
+
+    /// The series, on a panel so narrow that no order of a slip speed goes far beyond what its law allows. A law that changes
+    /// over a small speed multiplies it by itself with every order; on the usual width this would leave the range of numbers,
+    /// and no shorter panel could be told from it.
+    pub(super) fn recur_in_range(&mut self, scene: &Scene, operator: &LawOperator) {
+        for _ in 0..TRIALS {
+            self.recur(scene, operator);
+            let laws = operator.contacts.iter().zip(&self.contacts);
+            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, .. })| {
+                let reach = series.reach(&one.law);
+                if series.range() <= WIDE * reach {
+                    return part;
+                }
+                // The orders after the first large one follow from it.
+                let far = (1..COEFFICIENTS).find(|&k| series.slip[k].abs() > WIDE * reach);
+                far.map_or(part, |k| part.min((reach / series.slip[k].abs()).powf(1.0 / k as f64)))
+            });
+            if !(part > 0.0 && part < 1.0) {
+                break;
+            }
+            self.taylor.begin_within(part);
         }
     }
 

@@ -48,6 +48,8 @@ pub struct Table {
     pub pieces: Vec<[f64; 4]>,
 }
 
+/// Difference of two pieces where they meet that is the rounding of their coefficients, relative to their terms.
+const JOINED: f64 = 1e-12;
 /// Part of the rise of a bounded law from which on it counts as level.
 const LEVEL: f64 = 1e-2;
 /// Halvings after which no interval of numbers is left.
@@ -86,6 +88,30 @@ impl Table {
         Some(end)
     }
 
+    /// A bound of |d mu / d |s|| between two slip speeds, over all pieces there.
+    pub(crate) fn steepest(&self, from: f64, to: f64) -> f64 {
+        let steepest = |place: usize| {
+            let [_, b, c, d] = self.pieces[place];
+            let end = self.speeds.get(place + 1).map_or(to, |&next| next.min(to));
+            let x = (end - self.speeds[place]).max(0.0);
+            b.abs() + x * (2.0 * c.abs() + 3.0 * x * d.abs())
+        };
+        (self.piece(from)..=self.piece(to)).map(steepest).fold(0.0, f64::max)
+    }
+
+    /// The first speed at which two pieces do not join, beyond rounding.
+    fn gap(&self) -> Option<f64> {
+        let pairs = self.pieces.windows(2).zip(self.speeds.windows(2));
+        let mut gaps = pairs.filter(|(pieces, speeds)| {
+            let x = speeds[1] - speeds[0];
+            let [a, b, c, d] = pieces[0];
+            let terms = [a, b * x, c * x * x, d * x * x * x];
+            let size: f64 = terms.iter().map(|term| term.abs()).sum();
+            (terms.iter().sum::<f64>() - pieces[1][0]).abs() > JOINED * size
+        });
+        gaps.next().map(|(_, speeds)| speeds[1])
+    }
+
     /// The piece that holds at a speed; at the border of two the one above it.
     pub fn piece(&self, speed: f64) -> usize {
         self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
@@ -121,6 +147,11 @@ impl FrictionLaw {
                 ];
                 let values = table.pieces.iter().map(|piece| piece[0]);
                 checks.extend(values.map(|value| ("values", value, ">= 0", value >= 0.0)));
+                let coefficients = table.pieces.iter().flat_map(|piece| &piece[1..]);
+                checks.extend(coefficients.map(|&c| ("pieces", c, "finite", true)));
+                if let Some(speed) = table.gap().filter(|_| whole) {
+                    checks.push(("pieces", speed, "joined at every speed", false));
+                }
                 checks
             }
         };
@@ -210,7 +241,8 @@ impl FrictionLaw {
     /// The slip speed at which a law that rises has this `mu(|s|) - mu(0)`, at most the one up to which it rises; somewhat below
     /// 0 where the excess is.
     pub(crate) fn speed_at(&self, excess: f64) -> f64 {
-        let Some(end) = self.rises_until() else { return f64::NAN };
+        // A law that does not rise from rest on has no other speed.
+        let end = self.rises_until().unwrap_or(0.0);
         let guess = excess / self.slope(0.0);
         if let Self::Linear { .. } = self {
             return guess;
@@ -304,6 +336,22 @@ mod tests {
         }
         pieces.push([value, 0.0, 0.0, 0.0]);
         FrictionLaw::Tabulated(Arc::new(Table { speeds, pieces }))
+    }
+
+    /// A table is a function of speed: its pieces are numbers, and each ends where the next one begins.
+    #[test]
+    fn pieces_that_do_not_join_are_refused() {
+        let joined = table(&[0.1, 0.3], &[0.4, 0.2], &[0.3, 0.2]);
+        assert!(joined.validate(0).is_ok());
+        for (piece, of, value) in
+            [(0, 1, f64::NAN), (1, 3, f64::INFINITY), (0, 2, 1.0), (2, 0, 0.7)]
+        {
+            let FrictionLaw::Tabulated(table) = &joined else { continue };
+            let mut other = Table::clone(table);
+            other.pieces[piece][of] = value;
+            let law = FrictionLaw::Tabulated(Arc::new(other));
+            assert!(law.validate(0).is_err(), "{law:?}");
+        }
     }
 
     /// Between its flat and its steep pieces Newton's method alternates, and has to be kept from it.

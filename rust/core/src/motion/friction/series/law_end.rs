@@ -11,6 +11,8 @@ pub(crate) enum LawEnd {
     Level,
     /// Where slip has no mass: the normal force vanishes.
     Opening,
+    /// Friction changes over slip speeds that are lost in rounding.
+    Unresolved,
 }
 
 impl LawEnd {
@@ -19,6 +21,7 @@ impl LawEnd {
             Self::Negative => RunFailure::NegativeFriction { contact, time },
             Self::Level => RunFailure::LevelFriction { contact, time },
             Self::Opening => RunFailure::OpensWithoutMass { contact, time },
+            Self::Unresolved => RunFailure::UnresolvedFriction { contact, time },
         }
     }
 }

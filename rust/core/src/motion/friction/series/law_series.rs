@@ -169,10 +169,11 @@ impl LawSeries {
         match law {
             FrictionLaw::Linear { .. } => f64::MAX,
             FrictionLaw::Stribeck { .. } | FrictionLaw::Rational { .. } => 5e-2 * self.reach(law),
-            FrictionLaw::Tabulated(table) => {
-                let [low, high] = [0, 1].map(|i| table.speeds.get(self.piece + i).copied());
-                1e-3 * (high.unwrap_or(f64::NAN) - low.unwrap_or(f64::NAN))
-            }
+            // The last piece is level, and slip without mass never is on it: no neighbourhood has a bound.
+            FrictionLaw::Tabulated(table) => match table.speeds[self.piece..] {
+                [low, high, ..] => 1e-3 * (high - low),
+                _ => 0.0,
+            },
         }
     }
 
@@ -184,6 +185,17 @@ impl LawSeries {
             // 1 + S / v keeps half of its value.
             FrictionLaw::Rational { speed, .. } => 0.5 * (speed + self.slip[0]),
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
+        }
+    }
+
+    /// The change of S over which the law changes.
+    pub fn resolution(&self, law: &FrictionLaw) -> f64 {
+        match law {
+            FrictionLaw::Tabulated(table) => {
+                let widths = table.speeds.windows(2).map(|pair| pair[1] - pair[0]);
+                widths.fold(f64::INFINITY, f64::min) + 0.5 * self.slip[0]
+            }
+            _ => self.reach(law),
         }
     }
 
@@ -260,6 +272,10 @@ impl LawSeries {
             FrictionLaw::Tabulated(table) => {
                 let [_, b, c, d] = table.pieces[*piece];
                 let far = factors + beyond;
+                // The polynomial stays in its piece, as the panel is cut at a border; what is off by `beyond` may be past it.
+                let ends = table.speeds[*piece..].iter().take(2);
+                let near = ends.filter(|&border| (slip[0] - border).abs() <= wide);
+                let of_neighbours = near.map(|end| table.steepest(end - beyond, end + beyond));
                 // sum of |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
                 let (mut higher, mut product_rest) = (0.0, 0.0);
                 for m in 1..COEFFICIENTS {
@@ -270,7 +286,8 @@ impl LawSeries {
                 LawBounds {
                     truncation: far * d.abs() * rest + product_rest,
                     rounding: UNIT * ((2.0 * product + 4.0) * terms + short),
-                    slope: b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()),
+                    slope: of_neighbours
+                        .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
                 }
             }
         }
