@@ -34,7 +34,7 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
     );
     let Phase { start, rest, basis } = &trajectory.phases[first];
     let mut held = HeldBases::default();
-    let basis = held.get(trajectory, *basis);
+    let basis = held.get(&trajectory.bases, &trajectory.propagators, *basis);
     run.state.time = Clock { seconds: *start, rest: *rest };
     let switches = trajectory.events.iter().filter(|event| event.kind == EventKind::Load);
     for _ in switches.take_while(|event| event.phase <= first) {
@@ -68,7 +68,8 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
         let settled = run.settle(&search, &mut settlement, &series);
         debug_assert!(settled.is_ok());
         run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
-        let basis = held.get(trajectory, trajectory.phases[phase].basis);
+        let basis =
+            held.get(&trajectory.bases, &trajectory.propagators, trajectory.phases[phase].basis);
         let RunState { scene, q, u, .. } = &mut run.state;
         complete(scene, basis, &mut settlement, q, u);
         motion.restart(basis, q, u);

@@ -76,7 +76,11 @@ impl<'a> Run<'a> {
 
     pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
         let current = self.met.meet(&mut self.state, combination.statuses())?;
-        let basis = self.held.get(&self.state.trajectory, self.met.basis(current));
+        let basis = self.held.get(
+            &self.state.trajectory.bases,
+            &self.state.trajectory.propagators,
+            self.met.basis(current),
+        );
         Ok(Progress {
             current,
             settlement: Settlement {
@@ -166,7 +170,8 @@ impl<'a> Run<'a> {
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
         let RunState { scene, trajectory, q, u, .. } = &mut self.state;
-        let basis = self.held.get(trajectory, self.met.basis(*current));
+        let basis =
+            self.held.get(&trajectory.bases, &trajectory.propagators, self.met.basis(*current));
         complete(scene, basis, settlement, q, u);
         motion.restart(basis, q, u);
         Ok(None)
@@ -186,7 +191,7 @@ impl<'a> Run<'a> {
         if let Some(phase) = trajectory.phases.last_mut() {
             phase.basis = basis;
         }
-        motion.restart(self.held.get(trajectory, basis), q, u);
+        motion.restart(self.held.get(&trajectory.bases, &trajectory.propagators, basis), q, u);
         Ok(())
     }
 

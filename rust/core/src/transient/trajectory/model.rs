@@ -155,10 +155,7 @@ impl Trajectory {
 
     /// The basis at a place among those of the motion.
     pub(crate) fn basis(&self, place: usize) -> Arc<CombinationBasis> {
-        let Ok(basis) = self.bases[place].basis(&self.propagators) else {
-            unreachable!("the same scene gave this basis before")
-        };
-        basis
+        self.bases[place].again(&self.propagators)
     }
 
     /// The time of the loads at the start, s.

@@ -232,7 +232,11 @@ impl<'a> Cursor<'a> {
             return;
         }
         if !usable {
-            let basis = self.held.get(trajectory, trajectory.phases[phase].basis);
+            let basis = self.held.get(
+                &trajectory.bases,
+                &trajectory.propagators,
+                trajectory.phases[phase].basis,
+            );
             match &mut self.motion {
                 Some(motion) => motion.restart(basis, q, u),
                 None => self.motion = Some(Motion::new(trajectory.scene(), basis, q, u)),

@@ -11,7 +11,6 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::phase_motion::HELD;
 use crate::motion::propagators::{Part, Propagators};
 use crate::scene::status::Combination;
-use crate::transient::trajectory::model::Trajectory;
 
 /// A combination and how it is propagated.
 #[derive(Debug)]
@@ -39,6 +38,9 @@ impl UsedBasis {
     ) -> Result<Self, Error> {
         let combination = Combination::parse(name, propagators.scene.contacts().len())?;
         propagators.scene.check_combination(&combination)?;
+        if methods.is_empty() {
+            return Err(refused("bases that do not fit the scene"));
+        }
         let wanted = methods.iter().map(|method| method.for_repeated_use()).collect();
         let used = Self { combination, wanted, methods: Vec::new() };
         let methods = used.basis(propagators)?.methods();
@@ -49,8 +51,15 @@ impl UsedBasis {
         self.methods.iter().all(|&method| method == Method::Modal)
     }
 
-    /// The basis, computed again unless the propagators keep it.
-    pub fn basis(&self, propagators: &Propagators) -> Result<Arc<CombinationBasis>, Error> {
+    /// The basis of a motion in progress or at hand, computed again unless the propagators keep it.
+    pub fn again(&self, propagators: &Propagators) -> Arc<CombinationBasis> {
+        let Ok(basis) = self.basis(propagators) else {
+            unreachable!("the same scene gave this basis before")
+        };
+        basis
+    }
+
+    fn basis(&self, propagators: &Propagators) -> Result<Arc<CombinationBasis>, Error> {
         let Self { combination, wanted, .. } = self;
         match (propagators.parts(), &wanted[..]) {
             ([], &[wanted]) => Ok(propagators.basis(combination, wanted)?.0),
@@ -75,7 +84,7 @@ impl UsedBasis {
 /// Bases of a motion that are at hand without asking its propagators, which other threads ask too.
 #[derive(Debug, Default)]
 pub(crate) struct HeldBases {
-    /// By the places in [`Trajectory::bases`].
+    /// By their places among those of the motion.
     bases: Vec<Option<Arc<CombinationBasis>>>,
     /// Sum of their sizes.
     numbers: usize,
@@ -83,7 +92,12 @@ pub(crate) struct HeldBases {
 
 impl HeldBases {
     /// The basis at a place among those of a motion.
-    pub fn get(&mut self, trajectory: &Trajectory, place: usize) -> &Arc<CombinationBasis> {
+    pub fn get(
+        &mut self,
+        of: &[UsedBasis],
+        propagators: &Propagators,
+        place: usize,
+    ) -> &Arc<CombinationBasis> {
         if place >= self.bases.len() {
             self.bases.resize(place + 1, None);
         }
@@ -92,7 +106,7 @@ impl HeldBases {
             self.numbers = 0;
         }
         self.bases[place].get_or_insert_with(|| {
-            let basis = trajectory.basis(place);
+            let basis = of[place].again(propagators);
             self.numbers += basis.numbers();
             basis
         })
@@ -106,6 +120,7 @@ mod tests {
     use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
     use crate::transient::run_state::Controls;
     use crate::transient::simulate::simulate;
+    use crate::transient::trajectory::model::Trajectory;
 
     const CONTACTS: usize = 12;
     const DOFS: usize = 64;
