@@ -130,7 +130,8 @@ def test_a_touch_within_rounding_is_reported(tangent, method):
     assert touch.time == pytest.approx(period, rel=np.sqrt(100 * np.finfo(float).eps))
     assert (touch.contact, touch.alternative) == (0, "impact")
     assert abs(touch.value) <= touch.uncertainty
-    assert touch.uncertainty <= 1e-12 * 40.0 / 5e4
+    # The load counts in the row of the mass, too.
+    assert touch.uncertainty <= 2e-12 * 40.0 / 5e4
     assert len(run.events) == 0
     assert run.stop_reason == "duration"
 

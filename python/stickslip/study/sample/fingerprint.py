@@ -202,9 +202,13 @@ class _Ordered(pickle.Pickler):
 
 
 def _plain_code(code: CodeType) -> tuple[Any, ...]:
-    # The repr of a code object holds its address.
-    inner = [_plain_code(one) if isinstance(one, CodeType) else repr(one) for one in code.co_consts]
-    return (code.co_code, code.co_names, inner)
+    def plain(constant: Any) -> Any:
+        # The repr of a code object holds its address, that of a set has the order of hashes.
+        if isinstance(constant, CodeType):
+            return _plain_code(constant)
+        return sorted(map(repr, constant)) if isinstance(constant, frozenset) else repr(constant)
+
+    return (code.co_code, code.co_names, [plain(constant) for constant in code.co_consts])
 
 
 def _content(cell: Any) -> Any:

@@ -27,6 +27,8 @@ use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
+/// Number of coordinates up to which rounding is counted row by row.
+const ROW_BY_ROW: usize = 64;
 /// sigma times width of a panel, before it is shortened to what the series leaves out. Row sums overestimate
 /// the fastest mode about twofold, and terms up to e^(sigma h / 2) cancel.
 const WIDTH: f64 = 6.0;
@@ -294,7 +296,8 @@ impl TaylorOperator {
         rounding(self.entries + IN_ROW, panels)
     }
 
-    /// What rounding of the rows leaves in an event function, where it is known row by row.
+    /// What rounding of the rows leaves in an event function, where it is known row by row: with more coordinates its weights
+    /// take longer than what they tell apart is worth, and the norm of the state stands for all rows.
     pub(super) fn row_rounding(
         &self,
         scene: &Scene,
@@ -303,7 +306,8 @@ impl TaylorOperator {
     ) -> Option<&RowRounding> {
         let reduction = &self.equation.reduction;
         let rows = || RowRounding::new(scene, reduction, functional, self.width);
-        (!self.norm_is_of_mass).then(|| self.row_rounding[index].get_or_init(rows))
+        let by_rows = !self.norm_is_of_mass && reduction.kept.len() <= ROW_BY_ROW;
+        by_rows.then(|| self.row_rounding[index].get_or_init(rows))
     }
 
     /// Norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
