@@ -18,7 +18,7 @@ pub(crate) const MOST_EVENTS: usize = 10_000_000;
 /// Limits and options of a run.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Controls<'a> {
-    /// Events after which a run stops. None: [`MOST_EVENTS`], which are a failure.
+    /// Events after which a run stops. None: ten million, which are a failure.
     pub max_events: Option<usize>,
     /// Wall-clock seconds.
     pub time_limit: Option<f64>,
