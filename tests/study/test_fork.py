@@ -1,6 +1,8 @@
 """Work on all processors after a fork: the child has the memory of its parent, and none of its threads."""
 
 import multiprocessing
+import os
+import subprocess
 import sys
 
 import numpy as np
@@ -52,3 +54,37 @@ def test_a_forked_child_computes_what_its_parent_did(name):
         assert child.exitcode == 0
     finally:
         child.kill()
+
+
+#: Two sweeps, then one that Ctrl-C stops where its work is done on the thread that hears signals.
+ALONE = """
+import signal
+import numpy as np
+import stickslip as ss
+scene = ss.models.two_subsystems()
+for _ in range(2):
+    print(len(ss.sweep(scene, friction=np.linspace(0.1, 3.0, 50)).friction))
+print(len(ss.stability(scene, friction=np.linspace(0.1, 3.0, 2000)).sample))
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+signal.setitimer(signal.ITIMER_REAL, 0.3)
+try:
+    ss.sweep(scene, friction=np.linspace(0.1, 3.0, 2_000_000))
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
+@pytest.mark.process
+@pytest.mark.skipif(sys.platform == "win32", reason="a timer that signals")
+def test_one_thread_does_the_work_where_the_system_starts_no_others():
+    # No address space holds stacks of this size.
+    environment = os.environ | {"RUST_MIN_STACK": str(2**50)}
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+        check=False,
+    )
+    assert done.stdout == "50\n50\n2000\nstopped\n", done.stderr

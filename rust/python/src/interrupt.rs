@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::Builder;
 use std::time::Duration;
 
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -45,21 +46,22 @@ pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyR
 }
 
 /// Runs `compute` on another thread and looks for Ctrl-C here: Python hears signals on its main thread only. On Ctrl-C
-/// the token that `compute` holds is set, and its result, which is still awaited, comes with the exception. Call this
-/// detached. A panic is an error.
+/// the token that `compute` holds is set, and its result, which is still awaited, comes with the exception. Where the
+/// system starts no thread, `compute` runs on this one. Call this detached. A panic is an error.
 pub fn until_interrupted<T: Send>(
-    compute: impl FnOnce(&Cancel) -> T + Send,
+    compute: impl Fn(&Cancel) -> T + Sync,
 ) -> PyResult<(T, Option<PyErr>)> {
     let cancel = Cancel::default();
-    std::thread::scope(|scope| {
+    let watched = std::thread::scope(|scope| {
         let (done, wait) = channel();
-        let cancel = &cancel;
-        let work = scope.spawn(move || {
+        let (compute, cancel) = (&compute, &cancel);
+        let work = Builder::new().spawn_scoped(scope, move || {
             let found = compute(cancel);
             // Dropped by a panic instead, it ends the wait as well.
             let _ = done.send(());
             found
         });
+        let work = work.ok()?;
         let mut exception = None;
         while wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
             if let Err(raised) = Python::attach(|py| py.check_signals()) {
@@ -67,8 +69,12 @@ pub fn until_interrupted<T: Send>(
                 exception = Some(raised);
             }
         }
-        let found = work.join().map_err(RunFailure::of_panic);
-        let found = found.map_err(|failure| Python::attach(|py| raise_failure(py, &failure)))?;
-        Ok((found, exception))
-    })
+        Some((work.join().map_err(RunFailure::of_panic), exception))
+    });
+    let (found, exception) = watched.unwrap_or_else(|| {
+        let cancel = listening();
+        (RunFailure::guarded(|| compute(&cancel)), RAISED.take())
+    });
+    let found = found.map_err(|failure| Python::attach(|py| raise_failure(py, &failure)))?;
+    Ok((found, exception))
 }

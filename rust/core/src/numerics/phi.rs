@@ -50,6 +50,18 @@ pub(crate) fn exponential_and_phi(x: Complex64) -> (Complex64, Complex64, Comple
     }
 }
 
+/// `phi3 = (phi2 - 1/2)/x`.
+pub(crate) fn phi3(x: Complex64) -> Complex64 {
+    match terms(x.norm()) {
+        // sum_k x^k / (k + 3)!
+        Some(terms) => {
+            let one = Complex64::from(1.0);
+            (1..terms).rev().fold(one, |sum, k| one + x * sum * inverse(k + 3)) / 6.0
+        }
+        None => (exponential_and_phi(x).2 - 0.5) / x,
+    }
+}
+
 /// phi2 of a real argument >= 0: `sum_k x^k / (k + 2)!`, the bound of |phi2| on the disc of radius x.
 pub(crate) fn phi2_bound(x: f64) -> f64 {
     match terms(x) {
@@ -76,6 +88,9 @@ mod tests {
             assert!((below.0 - above.0).norm() < 4e-15 * below.0.norm().max(1.0));
             assert!((below.1 - above.1).norm() < 8e-15);
             assert!((below.2 - above.2).norm() < 8e-15);
+            let phi3 = [1.0 - 1e-15, 1.0 + 1e-15].map(|near| phi3(direction * near));
+            assert!((phi3[0] - phi3[1]).norm() < 8e-15);
+            assert!((direction * phi3[0] + 0.5 - below.2).norm() < 8e-15);
             let bounds = [1.0 - 1e-15, 1.0 + 1e-15].map(|near| phi2_bound(modulus * near));
             assert!((bounds[0] - bounds[1]).abs() < 8e-15 && bounds[0] >= below.2.norm() - 8e-15);
         }

@@ -5,9 +5,9 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use stickslip_core::energy::works;
 use stickslip_core::linalg::{DMatrix, SparseMatrix};
-use stickslip_core::scene::{Damping, Mass};
+use stickslip_core::scene::{Damping, FrictionLaw, Mass};
 use stickslip_core::{
-    Combination, ContactInput, Controls, Method, Modes, SceneInput, Status, simulate,
+    Combination, ContactInput, Controls, Method, Modes, Scene, SceneInput, Status, simulate,
 };
 
 use crate::models::{block, contact, propagators, run, state};
@@ -199,6 +199,17 @@ proptest! {
                 prop_assert!((b - of_b).norm() <= rounding * size, "b of {i}, {j}: {b}, {of_b}");
             }
         }
+    }
+}
+
+/// A law too few or too many is refused, not an index beyond the contacts.
+#[test]
+fn laws_of_friction_are_one_per_contact() {
+    let law = FrictionLaw::Linear { at_rest: 0.5, slope: 0.1 };
+    for count in 0..3 {
+        let scene = Scene::new(block(contact(0, 1))).expect("well-posed");
+        let laws = vec![Some(law.clone()); count];
+        assert_eq!(scene.with_friction_laws(laws).is_ok(), count == 1);
     }
 }
 

@@ -48,7 +48,7 @@ impl Path {
     fn watched<T: Send>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(core::locus::WatchedPath<'_>) -> Result<T, core::Error> + Send,
+        work: impl Fn(core::locus::WatchedPath<'_>) -> Result<T, core::Error> + Sync,
     ) -> PyResult<T> {
         let (path, eigenproblems) = (&self.inner, &self.eigenproblems);
         let (found, exception) = py.detach(|| {

@@ -9,8 +9,14 @@
 //! int_0^tau e^{(lambda - i k omega) t} dt = tau phi1((lambda - i k omega) tau)
 //! ```
 //!
-//! The mean, and all coefficients of phases without a well-conditioned modal basis or under loads in time, are integrated by
-//! Gauss's rule on pieces short enough for rounding: on a piece of length h the m-point rule leaves at most
+//! and for the mean, with the modal velocity `z'` at the start of a phase and `z'' = lambda z' + f`,
+//!
+//! ```text
+//! int_0^tau q dt = tau q + tau^2 sum_r xi_r (z'_r phi2(lambda_r tau) + tau f_r phi3(lambda_r tau))
+//! ```
+//!
+//! All coefficients of phases without a well-conditioned modal basis, with dofs without mass or under loads in time are
+//! integrated by Gauss's rule on pieces short enough for rounding: on a piece of length h the m-point rule leaves at most
 //! `h^{2m+1} (m!)^4 / ((2m + 1) ((2m)!)^3) |f^(2m)|`, and here `|f^(2m)| <= rho^{2m} |f|` with
 //! rho = the fastest eigenvalue plus k omega.
 
@@ -22,7 +28,7 @@ use crate::cycles::orbits::orbit::{Orbit, Step};
 use crate::error::input::Error;
 use crate::modes::complex_modes::Modes;
 use crate::numerics::gauss::gauss_rule;
-use crate::numerics::phi::exponential_and_phi;
+use crate::numerics::phi::{exponential_and_phi, phi3};
 
 /// Longest piece, times rho: the rule of 18 points leaves 1e-30 of the largest integrand there, e^8 times that at its
 /// start.
@@ -58,14 +64,11 @@ impl Orbit {
             let rates = modes.iter().flat_map(|modes| &modes.eigenvalues);
             let fastest = rates.map(|l| l.norm()).fold(loads, f64::max);
             let exact = modes.as_ref().filter(|modes| {
+                // Dofs without mass, and those that follow others, are none of the coordinates of the modes.
                 self.load_periods == 0
+                    && scene.massless.is_empty()
                     && scene.dependents.is_empty()
                     && modes.condition.iter().all(|&condition| condition < CONDITION)
-            });
-            integrate(step, flow, fastest, |state, weight, _| {
-                let (q, u) = state.split_at(coordinates);
-                let (q, _) = scene.at_rest(q, u);
-                (0..n).for_each(|k| sums[k] += weight * q[k]);
             });
             if let Some(modes) = exact {
                 let kept = &modes.reduced.reduction.kept;
@@ -74,20 +77,30 @@ impl Orbit {
                 let rate: Vec<f64> = kept
                     .iter()
                     .map(|&k| field[k])
-                    .chain(kept.iter().map(|&k| field[n + k]))
+                    .chain(kept.iter().map(|&k| field[coordinates + k]))
                     .collect();
-                // z'' = lambda z' + left' F1 / a, and z' are the coordinates of y'.
-                let w: Vec<Complex64> = modes
-                    .coordinates(&rate)
-                    .into_iter()
-                    .enumerate()
-                    .map(|(r, dz)| {
-                        let left = &modes.left[m * r..m * (r + 1)];
-                        let ramp: Complex64 =
-                            left.iter().zip(&modes.reduced.force_linear).map(|(l, f)| l * f).sum();
-                        modes.eigenvalues[r] * dz + ramp / modes.a[r]
-                    })
-                    .collect();
+                // z' are the coordinates of y', and f = left' F1 / a.
+                let velocities = modes.coordinates(&rate);
+                let ramp = |r: usize| {
+                    let left = &modes.left[m * r..m * (r + 1)];
+                    let terms = left.iter().zip(&modes.reduced.force_linear);
+                    terms.map(|(l, f)| l * f).sum::<Complex64>() / modes.a[r]
+                };
+                let tau = step.duration;
+                let (q, u) = step.state.split_at(coordinates);
+                let (q, _) = scene.at_rest(q, u);
+                (0..n).for_each(|k| sums[k] += tau * (q[k] + 0.5 * tau * field[k]));
+                kept.iter().for_each(|&k| sums[k] -= 0.5 * tau * tau * field[k]);
+                let mut w = Vec::with_capacity(velocities.len());
+                for (r, (&dz, &lambda)) in velocities.iter().zip(&modes.eigenvalues).enumerate() {
+                    let f = ramp(r);
+                    w.push(lambda * dz + f);
+                    let x = lambda * tau;
+                    let factor = tau * tau * (dz * exponential_and_phi(x).2 + tau * f * phi3(x));
+                    for (j, &coordinate) in kept.iter().enumerate() {
+                        sums[coordinate] += factor * modes.right[m * r + j];
+                    }
+                }
                 for k in 1..=count {
                     let s = omega * k as f64;
                     let shift = Complex64::new(0.0, -s * time).exp();
@@ -101,6 +114,11 @@ impl Orbit {
                     }
                 }
             } else {
+                integrate(step, flow, fastest, |state, weight, _| {
+                    let (q, u) = state.split_at(coordinates);
+                    let (q, _) = scene.at_rest(q, u);
+                    (0..n).for_each(|k| sums[k] += weight * q[k]);
+                });
                 for k in 1..=count {
                     let s = omega * k as f64;
                     integrate(step, flow, fastest + s, |state, weight, t| {

@@ -21,6 +21,14 @@ impl Scene {
     /// Where slip has no mass, the slip speed follows from the friction force by a law that rises; one that falls is refused,
     /// and one that is constant is a number.
     pub fn with_friction_laws(mut self, mut laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
+        let (given, expected) = (laws.len(), self.contacts.len());
+        if given != expected {
+            return Err(Error::Shape {
+                argument: "friction laws".to_owned(),
+                expected: format!("{expected} entries, one per contact"),
+                got: format!("{given} entries"),
+            });
+        }
         for (contact, given) in laws.iter_mut().enumerate() {
             let Some(law) = given else { continue };
             law.validate(contact)?;
