@@ -11,6 +11,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
+from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
@@ -91,6 +92,17 @@ def shown_duration(modes: Modes) -> float:
     growth = abs(leading.real)
     periods = GROWTH / growth * frequency if growth > 0.0 else LONGEST
     return float(min(max(periods, SHORTEST), LONGEST) / frequency)
+
+
+def affordable_search(run: Motion, longest: float, most_events: int) -> float:
+    """Return how much longer a motion can be followed, s: at most `longest`, and about so many events.
+
+    The events are expected to go on at the rate of the second half of the motion, so that the limit counts
+    work and reads no clock.
+    """
+    half = 0.5 * run.duration
+    late = np.count_nonzero(run.events.time > half)
+    return min(longest, most_events * half / late) if late else longest
 
 
 def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
