@@ -65,6 +65,31 @@ def small(**changes):
         (lambda: SCENE.replace(friction=[1.0, 2.0, 3.0]), r"one value per contact \(2\), got 3"),
         (lambda: ss.simulate(SCENE, START, "1 s"), "duration: expected a real number, got '1 s'"),
         (lambda: ss.critical_points(SCENE, friction=(3.0, 0.0)), "expected finite lower < upper"),
+        (
+            lambda: ss.simulate(SCENE, START, np.timedelta64(1, "s")),
+            "duration: expected a real number, got np.timedelta64",
+        ),
+        # files and figures
+        (lambda: ss.read_dataset(None), "path: expected the path of a file, got None"),
+        (lambda: ss.write_dataset(ss.complex_modes(SCENE), 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.load_scene(0), "path: expected the path of a file, got 0"),
+        (lambda: ss.save(SCENE, 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.write_report(SCENE, 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.write_report(5, "x.html"), "scene: expected a Scene, got 5"),
+        (lambda: ss.plot.loci(5), "branches: expected what sweep returns, got 5"),
+        (lambda: ss.plot.stability_map(5), "branches: expected what sweep returns, got 5"),
+        (
+            lambda: ss.simulate(SCENE, START, 1e-3).plot(["x1"]),
+            "dof: expected the name or index of a dof, got \\['x1'\\]",
+        ),
+        (
+            lambda: ss.plot.animated(ss.complex_modes(SCENE), 0, ["x1", "x2"]),
+            "masses: expected the two dofs of each mass by its name, got",
+        ),
+        (
+            lambda: ss.plot.orbits(ss.complex_modes(SCENE), 0, ["x1", "x2"]),
+            "masses: expected the two dofs of each mass by its name, got",
+        ),
     ],
 )
 def test_message(mistake, message):

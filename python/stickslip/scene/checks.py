@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -119,6 +120,20 @@ def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize)
     return int(value)
 
 
+def file_path(value: Any) -> Path:
+    """Return the path of a file.
+
+    Raises
+    ------
+    InputError
+        If `value` is neither text nor a path.
+    """
+    try:
+        return Path(value)
+    except TypeError:
+        raise InputError(f"path: expected the path of a file, got {described(value)}") from None
+
+
 def check_memory(argument: str, numbers: float, value: Any) -> None:
     """Refuse work whose results alone, so many numbers of 8 bytes, are more than the memory of this machine.
 
@@ -213,7 +228,9 @@ def by_label(value: Any) -> Any:
 
 def _is_real(value: Any) -> bool:
     # The abstract class takes ten times as long to ask as the type does.
-    return type(value) is float or (isinstance(value, numbers.Real) and not isinstance(value, bool))
+    return type(value) is float or (
+        isinstance(value, numbers.Real) and not isinstance(value, bool | np.timedelta64)
+    )
 
 
 def _has_truth_value(value: Any) -> bool:
