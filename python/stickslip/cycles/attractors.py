@@ -116,6 +116,9 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
     exponent, error, time = growth
     if np.isnan(exponent):
         return "undecided", f"the motion was followed too short to say what it settles to; {LONGER}"
+    if exponent == -np.inf:
+        met = f"its difference from a neighbouring motion vanishes within {time:g} s"
+        return "unsettled", f"the motion has not settled yet: {met}; {LONGER}"
     shown = f"largest Lyapunov exponent {exponent:.4g} +- {error:.2g} 1/s over {time:g} s"
     if exponent * time > DECIDED and exponent > CERTAIN * error:
         return "chaotic", f"the motion is chaotic: {shown}"

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import orbit
-from stickslip.scene.checks import Complex, described
+from stickslip.scene.checks import Complex, described, shown_statuses
 from stickslip.scene.contact import dof_index
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -67,10 +67,7 @@ def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")
-    status = modes.combination
-    if len(status) > NAMED:
-        status = f"{status[:NAMED]}… ({len(status)} contacts)"
-    figure.suptitle(f"Modes of status {status}{omitted}")
+    figure.suptitle(f"Modes of status {shown_statuses(modes.combination)}{omitted}")
     return figure
 
 

@@ -33,8 +33,8 @@ Matrix: TypeAlias = Real | scipy.sparse.csr_array
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 #: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
 THREADS = 1024
-#: Letters of a value that an error message shows.
-WIDTH = 160
+#: Letters of a value that an error message shows, contacts whose status a title shows.
+WIDTH, STATUSES = 160, 24
 
 
 def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
@@ -175,6 +175,13 @@ def described(value: Any) -> str:
     if len(first) > WIDTH:
         first, more = first[:WIDTH], ["..."]
     return first + (" ..." if more else "")
+
+
+def shown_statuses(combination: str) -> str:
+    """Return a status combination for a title: its first letters where it has many contacts."""
+    if len(combination) <= STATUSES:
+        return combination
+    return f"{combination[:STATUSES]}… ({len(combination)} contacts)"
 
 
 def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
