@@ -1,5 +1,7 @@
 """Common mistakes are told in words that say what to do."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,45 @@ def small(**changes):
         (lambda: SCENE.replace(friction=[1.0, 2.0, 3.0]), r"one value per contact \(2\), got 3"),
         (lambda: ss.simulate(SCENE, START, "1 s"), "duration: expected a real number, got '1 s'"),
         (lambda: ss.critical_points(SCENE, friction=(3.0, 0.0)), "expected finite lower < upper"),
+        (
+            lambda: ss.simulate(SCENE, START, np.timedelta64(1, "s")),
+            "duration: expected a real number, got np.timedelta64",
+        ),
+        (
+            lambda: ss.sliding_equilibrium(
+                small(
+                    stiffness=1e308 * np.eye(2),
+                    force=[0.0, -1.0],
+                    contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=1.0)],
+                )
+            ),
+            r"stiffness: its entries, 1e\+308 to 1e\+308 N/m, leave no finite equilibrium",
+        ),
+        (
+            lambda: ss.fe.reduce(SCENE, band=(0.0, 1000.0)),
+            "modes leave a mode of the band without counterpart; give a larger tolerance, or another",
+        ),
+        # files and figures
+        (lambda: ss.read_dataset(None), "path: expected the path of a file, got None"),
+        (lambda: ss.write_dataset(ss.complex_modes(SCENE), 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.load_scene(0), "path: expected the path of a file, got 0"),
+        (lambda: ss.save(SCENE, 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.write_report(SCENE, 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.write_report(5, "x.html"), "scene: expected a Scene, got 5"),
+        (lambda: ss.plot.loci(5), "branches: expected what sweep returns, got 5"),
+        (lambda: ss.plot.stability_map(5), "branches: expected what sweep returns, got 5"),
+        (
+            lambda: ss.simulate(SCENE, START, 1e-3).plot(["x1"]),
+            "dof: expected the name or index of a dof, got \\['x1'\\]",
+        ),
+        (
+            lambda: ss.plot.animated(ss.complex_modes(SCENE), 0, ["x1", "x2"]),
+            "masses: expected the two dofs of each mass by its name, got",
+        ),
+        (
+            lambda: ss.plot.orbits(ss.complex_modes(SCENE), 0, ["x1", "x2"]),
+            "masses: expected the two dofs of each mass by its name, got",
+        ),
     ],
 )
 def test_message(mistake, message):
@@ -85,3 +126,16 @@ def test_misspelt_names_of_the_package_have_suggestions():
     assert caught.value.name == "simualte"
     assert caught.value.obj is ss
     assert "simulate" in dir(ss)
+
+
+def test_titles_of_many_contacts_are_short():
+    count = 2000
+    contacts = [ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=1.0, gap=1.0)] * count
+    scene = small(contacts=contacts)
+    equilibrium = ss.sliding_equilibrium(scene)
+    assert equilibrium.combination == count * "d"
+    assert repr(equilibrium).startswith(f"Equilibrium('{24 * 'd'}… (2000 contacts)', 2 dofs, 0 contacts")
+    modes = ss.complex_modes(scene, equilibrium.combination)
+    assert modes.summary().tables[0].caption == f"Modes of {24 * 'd'}… (2000 contacts)"
+    assert modes.plot().get_title() == f"Modes of {24 * 'd'}… (2000 contacts)"
+    assert "-0.0000" not in str(dataclasses.replace(modes, missing=-1e-6).summary())

@@ -212,3 +212,8 @@ def test_fft_of_a_period_converges_at_its_aliasing_order(cycle):
 def test_multipliers_against_finite_differences(cycle):
     """The return map of perturbed starts, one period later, differenced: the same eigenvalues to 1e-6."""
     assert_multipliers(cycle, 1e-6)
+
+
+def test_a_series_that_no_memory_holds_is_refused(cycle):
+    with pytest.raises(ss.InputError, match=r"count: 1000000000000 would take .* GiB"):
+        cycle.harmonics(10**12)

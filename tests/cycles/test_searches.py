@@ -129,6 +129,13 @@ def test_a_motion_followed_too_short_says_so():
     assert "inf" not in message
 
 
+def test_neighbours_that_have_met_are_told_without_an_infinite_exponent():
+    kind, message = described("aperiodic", (-float("inf"), 0.0, 2.5), "")
+    assert kind == "unsettled"
+    assert "its difference from a neighbouring motion vanishes within 2.5 s" in message
+    assert "inf" not in message
+
+
 def test_a_scene_without_contacts_says_so():
     scene = ss.Scene(mass=[1.0, 1.0], stiffness=np.diag([100.0, 200.0]))
     run = ss.simulate(scene, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs), 1.0)

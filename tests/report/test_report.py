@@ -1,7 +1,9 @@
 """The report says what the package computes, whatever the scene does."""
 
+import itertools
 import json
 import re
+import time
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
@@ -226,6 +228,35 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     text = page(found)
     check(text)
     assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
+
+
+def test_events_limit_the_motion_and_no_clock_does():
+    found = findings(ss.models.two_subsystems(), "endless", settings={"duration": 1e4})
+    assert found.run.stop_reason == "max_events"
+    assert len(found.run.events) == 400_000 // 8
+    assert found.cycle is not None
+    assert f"the limit of 50000 events was reached at {found.run.duration:g} s" in page(found)
+
+
+def test_a_slow_computer_draws_the_same_page(monkeypatch):
+    scene = ss.models.two_subsystems()
+    searches = []
+    search = ss.Trajectory.limit_cycle
+    clock = itertools.count(0.0, 0.5)
+
+    def watched(run, further=None, **options):
+        searches.append(further)
+        return search(run, further, **options)
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", watched)
+    first = page(findings(scene, "same"))
+    asked = searches.copy()
+    searches.clear()
+    # Every look at the clock takes half a second.
+    monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
+    assert page(findings(scene, "same")) == first
+    assert searches == asked
+    assert "not computed" not in first
 
 
 def test_the_search_gets_what_the_motion_leaves_of_the_time_limit(monkeypatch):

@@ -11,6 +11,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
+from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
@@ -93,6 +94,17 @@ def shown_duration(modes: Modes) -> float:
     return float(min(max(periods, SHORTEST), LONGEST) / frequency)
 
 
+def affordable_search(run: Motion, longest: float, most_events: int) -> float:
+    """Return how much longer a motion can be followed, s: at most `longest`, and about so many events.
+
+    The events are expected to go on at the rate of the second half of the motion, so that the limit counts
+    work and reads no clock.
+    """
+    half = 0.5 * run.duration
+    late = np.count_nonzero(run.events.time > half)
+    return min(longest, most_events * half / late) if late else longest
+
+
 def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
     """Return what a motion without limit cycle is, and that in a sentence."""
     if kind == "equilibrium":
@@ -104,6 +116,9 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
     exponent, error, time = growth
     if np.isnan(exponent):
         return "undecided", f"the motion was followed too short to say what it settles to; {LONGER}"
+    if exponent == -np.inf:
+        met = f"its difference from a neighbouring motion vanishes within {time:g} s"
+        return "unsettled", f"the motion has not settled yet: {met}; {LONGER}"
     shown = f"largest Lyapunov exponent {exponent:.4g} +- {error:.2g} 1/s over {time:g} s"
     if exponent * time > DECIDED and exponent > CERTAIN * error:
         return "chaotic", f"the motion is chaotic: {shown}"

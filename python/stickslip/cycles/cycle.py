@@ -18,7 +18,7 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.motion import Motion, undetermined_facts
-from stickslip.scene.checks import Complex, Real, whole_number
+from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
@@ -281,9 +281,12 @@ class Cycle(Shown):
         Raises
         ------
         InputError
-            If `count` is no integer >= 1.
+            If `count` is no integer >= 1, or the series would not fit into memory.
         """
-        return fourier_series(self.scene, self.period, self.core.harmonics(whole_number("count", count, 1)))
+        highest = whole_number("count", count, 1)
+        # Coefficients in the core and here, and amplitudes.
+        check_memory("count", 5.0 * highest * self.scene.size, count)
+        return fourier_series(self.scene, self.period, self.core.harmonics(highest))
 
     def to_dataset(self, samples: int = 513) -> xr.Dataset:
         """Return what a file of the cycle holds.

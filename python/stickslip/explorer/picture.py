@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.cycles.attractors import shown_duration
+from stickslip.cycles.attractors import affordable_search, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.explorer.wanted import PATIENCE, Wanted
 from stickslip.faults import InputError
@@ -39,8 +39,11 @@ LAST = 0.2
 FURTHER = 3.0
 
 
-def picture(wanted: Wanted) -> dict[str, Any]:
-    """Return all that is shown of the motion at a point; if there is no motion, ``sentence`` says why."""
+def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
+    """Return all that is shown of the motion at a point; if there is no motion, ``sentence`` says why.
+
+    Motion, and search for what it settles to, end after `max_events` events each; None: no such limit.
+    """
     begun = time.perf_counter()
     patience = wanted.number("patience", PATIENCE)
     dof = wanted.dof()
@@ -58,14 +61,14 @@ def picture(wanted: Wanted) -> dict[str, Any]:
     start, remark = wanted.start(scene, equilibrium, modes)
     duration = float(wanted.explored.case.run.get("duration", shown_duration(modes)))
     try:
-        run = simulate(scene, start, duration, time_limit=patience)
+        run = simulate(scene, start, duration, max_events=max_events, time_limit=patience)
     except RunError as error:
         if not isinstance(error.partial, Trajectory):
             return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} {error}."}
         run, remark = error.partial, f"{remark} The motion could not be continued: {error}.".strip()
     except InputError as error:
         return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} No start: {error}."}
-    cycle, last, since, ending = _settled(run, duration, patience)
+    cycle, last, since, ending = _settled(run, duration, patience, max_events)
     chosen, dofs = _contacts(run), [*wanted.explored.sent, dof]
     found |= {
         "way": series(run, WAY, chosen, dofs, start=0.0),
@@ -104,15 +107,24 @@ def _stability(scene: Scene, modes: Modes) -> str:
     return f"{steady} is unstable: {frequency} Hz grows at {growth} 1/s{more}."
 
 
-def _settled(run: Trajectory, duration: float, patience: float) -> tuple[Cycle | None, Motion, float, str]:
+def _settled(
+    run: Trajectory, duration: float, patience: float, max_events: int | None
+) -> tuple[Cycle | None, Motion, float, str]:
     """Return the cycle, the motion to look at, from when on, and how it ends in a sentence."""
     since = (1.0 - LAST) * run.duration
     if run.stop_reason != "duration":
-        why = {"time_limit": "computing took too long", "unbounded": "it grows without bound"}
+        why = {
+            "time_limit": "computing took too long",
+            "unbounded": "it grows without bound",
+            "max_events": f"that is the limit of {max_events} events",
+        }
         reason = why.get(run.stop_reason, run.stop_reason)
         return None, run, since, f"The motion is shown up to {number(run.duration, 3)} s: {reason}."
+    further = max(FURTHER, duration)
+    if max_events is not None:
+        further = affordable_search(run, further, max_events)
     try:
-        cycle = run.limit_cycle(max(FURTHER, duration), time_limit=patience)
+        cycle = run.limit_cycle(further, time_limit=patience)
     except NotPeriodicError as error:
         last: Motion = error.partial if isinstance(error.partial, Motion) else run
         if error.kind == "equilibrium":

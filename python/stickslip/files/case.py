@@ -23,7 +23,7 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.scene.checks import Real, check_memory, described, real_number
+from stickslip.scene.checks import Real, check_memory, described, file_path, real_number
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene, checked
@@ -171,7 +171,7 @@ class Case:
         """
         if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
             raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
-        file = Path(path)
+        file = file_path(path)
         if isinstance(self.model, Scene):
             tables: dict[str, Any] = {"scene": scene_table(self.model, file, matrices)}
         else:
@@ -265,7 +265,7 @@ def load_case(path: str | Path) -> Case:
     InputError
         If there is no such file, or anything in it is ill-posed: the message names file, key and value.
     """
-    file = Path(path)
+    file = file_path(path)
     tables = read_tables(file)
     known(str(file), tables, SECTIONS)
     if ("scene" in tables) == ("model" in tables):

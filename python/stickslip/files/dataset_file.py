@@ -23,7 +23,7 @@ import numpy as np
 from stickslip.faults import InputError
 from stickslip.files.csv_dataset import csv_head, csv_text, from_csv
 from stickslip.files.plain_dataset import is_text, join_complex, plain, split_complex
-from stickslip.scene.checks import package
+from stickslip.scene.checks import file_path, package
 from stickslip.show.replaced_file import draft_of, replace_file
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def write_dataset(
     OSError
         If the file cannot be written.
     """
-    file = Path(path)
+    file = file_path(path)
     if file.suffix not in SUFFIXES:
         raise InputError(f"{file.name}: expected a file {', '.join(SUFFIXES)}")
     labelled = _labelled(dataset)
@@ -93,7 +93,7 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    file = Path(path)
+    file = file_path(path)
     if file.suffix not in SUFFIXES:
         raise InputError(f"{file.name}: expected a file {', '.join(SUFFIXES)}")
     if not file.exists():

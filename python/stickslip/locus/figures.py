@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint
 from stickslip.modes.modes import shown_growth
+from stickslip.scene.checks import described
 from stickslip.show.style import STABLE, UNSTABLE, quantity
 
 #: Shades of growth, and as many of decay, in a map of stability.
@@ -40,7 +41,7 @@ def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[Critical
     InputError
         If the sweep is over more than one parameter.
     """
-    parameters = [name for name in branches.eigenvalue.dims if name != "branch"]
+    parameters = _parameters(branches)
     if len(parameters) != 1:
         raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
@@ -53,6 +54,12 @@ def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[Critical
         )
     figure.legend(handles=named, frameon=False, loc="outside upper center", ncols=3)
     return figure
+
+
+def _parameters(branches: xr.Dataset) -> list[str]:
+    if not isinstance(branches, xr.Dataset) or "eigenvalue" not in branches:
+        raise InputError(f"branches: expected what sweep returns, got {described(branches)}")
+    return [str(name) for name in branches.eigenvalue.dims if name != "branch"]
 
 
 def draw_loci(
@@ -71,7 +78,7 @@ def draw_loci(
     branches, slow, critical
         As for `loci`.
     """
-    (name,) = (str(name) for name in branches.eigenvalue.dims if name != "branch")
+    (name,) = _parameters(branches)
     order = np.argsort(branches[name].to_numpy())
     values = branches[name].to_numpy()[order]
     eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
@@ -116,7 +123,7 @@ def stability_map(branches: xr.Dataset) -> Figure:
     InputError
         If the sweep is over one parameter, or over a single value of one.
     """
-    names = [str(name) for name in branches.eigenvalue.dims if name != "branch"]
+    names = _parameters(branches)
     if len(names) != 2 or min(branches.sizes[name] for name in names) < 2:
         sizes = {name: branches.sizes[name] for name in names}
         raise InputError(

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import orbit
-from stickslip.scene.checks import Complex
+from stickslip.scene.checks import Complex, described, shown_statuses
 from stickslip.scene.contact import dof_index
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -67,10 +67,7 @@ def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")
-    status = modes.combination
-    if len(status) > NAMED:
-        status = f"{status[:NAMED]}… ({len(status)} contacts)"
-    figure.suptitle(f"Modes of status {status}{omitted}")
+    figure.suptitle(f"Modes of status {shown_statuses(modes.combination)}{omitted}")
     return figure
 
 
@@ -117,6 +114,7 @@ def orbits(modes: Modes, mode: int, masses: Masses, *, periods: float = 3.0) -> 
     InputError
         If there are no masses, or the mode or a dof does not exist.
     """
+    _check_masses(masses)
     if not masses:
         raise InputError("masses: expected at least one, got none")
     figure = Figure(figsize=(3.2 * len(masses), 3.9), layout="constrained")
@@ -164,6 +162,7 @@ def animated(
     InputError
         If numbers of places and masses differ, or the mode or a dof does not exist.
     """
+    _check_masses(masses)
     rest = [(float(k), 0.0) for k in range(len(masses))] if places is None else list(places)
     if not masses or len(rest) != len(masses):
         raise InputError(
@@ -192,6 +191,11 @@ def animated(
         return (points,)
 
     return FuncAnimation(figure, draw, frames=frames, interval=40, blit=False)
+
+
+def _check_masses(masses: Masses) -> None:
+    if not isinstance(masses, Mapping):
+        raise InputError(f"masses: expected the two dofs of each mass by its name, got {described(masses)}")
 
 
 def _cycled(count: int) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Flags, Matrix, Real, real_array
+from stickslip.scene.checks import Complex, Flags, Matrix, Real, real_array, shown_statuses
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Scene, checked
 from stickslip.show.mesh import Mesh
@@ -288,7 +288,11 @@ class Modes(Shown):
                 place = (self.eigenvalues[number].real, self.frequencies[number])
                 axes.annotate(str(number), place, textcoords="offset points", xytext=(5, 3), fontsize="small")
         axes.axvline(0.0, color="black", linewidth=0.6)
-        axes.set(xlabel="growth rate, 1/s", ylabel="frequency, Hz", title=f"Modes of {self.combination}")
+        axes.set(
+            xlabel="growth rate, 1/s",
+            ylabel="frequency, Hz",
+            title=f"Modes of {shown_statuses(self.combination)}",
+        )
         axes.legend(frameon=False, fontsize="small")
         return axes
 
@@ -397,10 +401,10 @@ class Modes(Shown):
         ]
         headings = ("mode", "frequency, Hz", "damping ratio", "growth rate, 1/s", "")
         kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
-        facts = [("missing", "not known" if self.missing is None else f"{self.missing:.4f}")]
+        facts = [("missing", "not known" if self.missing is None else f"{round(self.missing, 4) + 0.0:.4f}")]
         facts += [("doubt", doubt) for doubt in self.doubts]
         whole = self.missing == 0.0 and not self.doubts
-        table = Table(f"Modes of {self.combination}", headings, rows, kinds)
+        table = Table(f"Modes of {shown_statuses(self.combination)}", headings, rows, kinds)
         return Summary([] if whole else facts, tables=[table])
 
 

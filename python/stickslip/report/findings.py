@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.cycles.attractors import set_in_motion, shown_duration
+from stickslip.cycles.attractors import affordable_search, set_in_motion, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
@@ -45,9 +45,13 @@ REST = 1e-12
 AT_REST = ("equilibrium", "decaying")
 #: Samples of the spectrum of the whole stretch.
 SAMPLES = 2**14
-#: Wall-clock limit of the transient and the search for what it settles to together, s, and how much further
-#: that is looked for, s of motion.
-PATIENCE, FURTHER = 2.0, 3.0
+#: Events of the transient, and of the search for what it settles to, times the number of dofs; fewest events.
+#: They limit the report by its work, so that the same scene gives the same report on every computer.
+EVENTS, FEWEST = 400_000, 1000
+#: How much further the search looks, in durations of the motion.
+FURTHER = 5.0
+#: Wall-clock limit of transient and search together, s, for motions that take long between events.
+PATIENCE = 30.0
 #: Least wall-clock time of the search, s, however much the motion took: a look at its end.
 SHORTEST_SEARCH = 0.1
 
@@ -144,8 +148,9 @@ def findings(
         its leading mode set in motion (`disturbed_sliding`).
     settings
         Arguments of `simulate`. Without a duration the motion lasts as long as the leading mode takes to grow
-        (or decay) by e^30, but 20 to 400 of its periods. The search for what the motion settles to has the
-        rest of the time limit (default 2 s of computing).
+        (or decay) by e^30, but 20 to 400 of its periods. Without `max_events` the number of dofs limits the
+        events. The search for what the motion settles to has the rest of the time limit (default 30 s of
+        computing).
     model, over
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
         values over which eigenvalues are followed; None: friction.
@@ -173,7 +178,12 @@ def findings(
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
     else:
         told("computing the motion")
-        chosen = {"duration": shown_duration(modes), "time_limit": PATIENCE, **(settings or {})}
+        chosen = {
+            "duration": shown_duration(modes),
+            "max_events": _most_events(scene),
+            "time_limit": PATIENCE,
+            **(settings or {}),
+        }
         started = time.perf_counter()
         run = _motion(scene, begin, chosen, reasons)
         spent = time.perf_counter() - started
@@ -216,6 +226,10 @@ def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
     except InputError as error:
         reasons["equilibrium"] = str(error)
         return None
+
+
+def _most_events(scene: Scene) -> int:
+    return max(EVENTS // scene.size, FEWEST)
 
 
 def _sliding(scene: Scene) -> str:
@@ -316,6 +330,8 @@ def _motion(
         reasons["stopped"] = (
             f"the time limit of computing, {settings['time_limit']:g} s, was reached at {run.duration:g} s"
         )
+    elif run.stop_reason == "max_events":
+        reasons["cut"] = f"the limit of {len(run.events)} events was reached at {run.duration:g} s"
     elif run.stop_reason == "grazing":
         reasons["stopped"] = f"the motion was stopped at a touch within rounding, at {run.duration:g} s"
     elif run.stop_reason == "unbounded":
@@ -336,7 +352,9 @@ def _settled(
         reasons["cycle"] = f"No limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run
     try:
-        cycle = run.limit_cycle(further=max(FURTHER, run.duration), time_limit=time_limit)
+        longest = FURTHER * max(run.duration, shown_duration(modes))
+        further = affordable_search(run, longest, _most_events(run.scene))
+        cycle = run.limit_cycle(further=further, time_limit=time_limit)
     except NotPeriodicError as error:
         # Without an exponent there is nothing that parts or meets.
         neutral = error.kind == "unsettled" or (error.kind == "undecided" and math.isnan(error.exponent))

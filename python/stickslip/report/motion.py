@@ -36,7 +36,7 @@ def transient_section(found: Findings) -> Markup:
     scene = found.scene
     kinds = Counter(run.events.kind.tolist())
     parts = [
-        note(found.reasons["stopped"], "warning") if "stopped" in found.reasons else "",
+        *(note(found.reasons[key], "warning") for key in ("stopped", "cut") if key in found.reasons),
         facts(
             [
                 ("computed", f"{number(run.duration)} s"),

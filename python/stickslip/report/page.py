@@ -17,9 +17,10 @@ from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
 from stickslip.report.touch import HEADING, touch_section
+from stickslip.scene.checks import file_path
 from stickslip.scene.family import Model
 from stickslip.scene.known import Known
-from stickslip.scene.scene import Scene
+from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
 from stickslip.show.html import details, facts, number, section, template
 from stickslip.show.replaced_file import replace_file
@@ -97,7 +98,8 @@ def write_report(
     OSError
         If the file cannot be written.
     """
-    file = Path(path)
+    checked(scene)
+    file = file_path(path)
     if not file.parent.is_dir():
         raise InputError(f"path: no such folder: {file.parent}")
     begun = time.perf_counter()

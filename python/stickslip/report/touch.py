@@ -23,12 +23,14 @@ from stickslip.show.html import note, section, template
 
 #: Values of the parameter whose motions the page holds, values of its loci.
 VALUES, LOCI = 31, 121
-#: Wall-clock limit of all motions together, s, and of one.
-ALL, EACH = 4.0, 0.5
+#: Events of one motion, and of the search for what it settles to, times the number of dofs; fewest events.
+EVENTS, FEWEST = 40_000, 1000
+#: Wall-clock limit of all motions together, s, and of one: last resorts, since the events limit the work.
+ALL, EACH = 90.0, 5.0
 #: Dofs beyond which no motions are computed beforehand.
 LARGE = 48
 #: What a motion of another value leaves out: only that of the scene itself is shown from its start on.
-LEFT_OUT = ("way", "state", "seconds")
+LEFT_OUT = ("way", "state")
 
 HEADING = "Move it"
 
@@ -110,12 +112,15 @@ def _data(found: Findings, explored: Explored) -> dict[str, Any]:
     # From the scene itself outwards: what the time does not suffice for is far from it.
     for k in sorted(range(len(grid)), key=lambda k: abs(k - first)):
         if time.perf_counter() - begun > ALL:
-            pictures[k] = {"sentence": "This value was not computed: the report's time for it was over."}
+            sentence = f"This value was not computed: the time limit of all motions, {ALL:g} s, was reached."
+            pictures[k] = {"sentence": sentence}
             continue
-        pictures[k] = picture(wanted(grid[k]))
+        pictures[k] = picture(wanted(grid[k]), max(EVENTS // found.scene.size, FEWEST))
+        pictures[k].pop("seconds", None)
         if k != first:
             pictures[k] = {key: value for key, value in pictures[k].items() if key not in LEFT_OUT}
     branches = loci(Wanted(explored, {"values": {}, "x": [name, low, high], "count": LOCI, "critical": True}))
+    branches.pop("seconds", None)
     unit = found.loci[name].attrs.get("units", "1")
     data: dict[str, Any] = _finite(
         {

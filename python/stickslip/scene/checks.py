@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -32,8 +33,8 @@ Matrix: TypeAlias = Real | scipy.sparse.csr_array
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 #: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
 THREADS = 1024
-#: Letters of a value that an error message shows.
-WIDTH = 160
+#: Letters of a value that an error message shows, contacts whose status a title shows.
+WIDTH, STATUSES = 160, 24
 
 
 def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
@@ -119,6 +120,20 @@ def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize)
     return int(value)
 
 
+def file_path(value: Any) -> Path:
+    """Return the path of a file.
+
+    Raises
+    ------
+    InputError
+        If `value` is neither text nor a path.
+    """
+    try:
+        return Path(value)
+    except TypeError:
+        raise InputError(f"path: expected the path of a file, got {described(value)}") from None
+
+
 def check_memory(argument: str, numbers: float, value: Any) -> None:
     """Refuse work whose results alone, so many numbers of 8 bytes, are more than the memory of this machine.
 
@@ -160,6 +175,13 @@ def described(value: Any) -> str:
     if len(first) > WIDTH:
         first, more = first[:WIDTH], ["..."]
     return first + (" ..." if more else "")
+
+
+def shown_statuses(combination: str) -> str:
+    """Return a status combination for a title: its first letters where it has many contacts."""
+    if len(combination) <= STATUSES:
+        return combination
+    return f"{combination[:STATUSES]}… ({len(combination)} contacts)"
 
 
 def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
@@ -213,7 +235,9 @@ def by_label(value: Any) -> Any:
 
 def _is_real(value: Any) -> bool:
     # The abstract class takes ten times as long to ask as the type does.
-    return type(value) is float or (isinstance(value, numbers.Real) and not isinstance(value, bool))
+    return type(value) is float or (
+        isinstance(value, numbers.Real) and not isinstance(value, bool | np.timedelta64)
+    )
 
 
 def _has_truth_value(value: Any) -> bool:

@@ -212,7 +212,10 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
         if value in dofs:
             return dofs.index(value)
         raise InputError(f"{argument}: unknown dof {value!r}{nearest(value, dofs)}")
-    index = operator.index(value)
+    try:
+        index = operator.index(value)
+    except TypeError:
+        raise InputError(f"{argument}: expected the name or index of a dof, got {described(value)}") from None
     if not 0 <= index < len(dofs):
         raise InputError(f"{argument}: dof index {index} is outside 0..{len(dofs) - 1}")
     return index

@@ -7,10 +7,19 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, default_dofs, described, dof_names, real_array, real_number
+from stickslip.scene.checks import (
+    Real,
+    default_dofs,
+    described,
+    dof_names,
+    real_array,
+    real_number,
+    shown_statuses,
+)
 from stickslip.scene.contact import aligned, dof_index, nearest
 from stickslip.scene.scene import Scene, checked
 
@@ -238,7 +247,8 @@ class Equilibrium(State):
         known = {True: "the only one", False: "one of several", None: "whether it is the only one: not known"}
         open_ones = self.combination.count("d")
         closed = f"{len(self.combination) - open_ones} contacts closed, {open_ones} open"
-        return f"Equilibrium({self.combination!r}, {self.position.size} dofs, {closed}, {known[self.unique]})"
+        statuses = shown_statuses(self.combination)
+        return f"Equilibrium({statuses!r}, {self.position.size} dofs, {closed}, {known[self.unique]})"
 
 
 def sliding_equilibrium(scene: Scene) -> Equilibrium:
@@ -264,6 +274,10 @@ def sliding_equilibrium(scene: Scene) -> Equilibrium:
         closed is singular.
     """
     (position, combination, normal), unique, other = checked(scene).core.sliding_equilibrium()
+    if not np.isfinite(position).all():
+        sizes = np.abs(scipy.sparse.csr_array(scene.stiffness).data)
+        shown = f"{sizes[sizes > 0.0].min(initial=np.inf):.3g} to {sizes.max(initial=0.0):.3g} N/m"
+        raise InputError(f"stiffness: its entries, {shown}, leave no finite equilibrium under these forces")
     second = None
     if other is not None:
         second = Equilibrium(*other[:2], scene.dofs, normal_forces=other[2])

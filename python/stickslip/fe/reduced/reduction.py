@@ -263,8 +263,9 @@ def reduce(
         waited = waited + 1 if worst > PAYS * best else 0
         if waited > PATIENCE or count >= most:
             raise InputError(
-                f"tolerance: {wanted:g} is not reached with a {boundary} boundary: {count} modes leave an "
-                f"error of {worst:.2g}, {fewer} left {best:.2g}; ask for less, or take another boundary"
+                f"tolerance: {wanted:g} is not reached with a {boundary} boundary: {count} modes leave "
+                f"{_left(worst)}{f', {fewer} left {_left(best)}' if fewer else ''}; give a larger tolerance, "
+                "or another boundary"
             )
         if worst < best:
             best, fewer = worst, count
@@ -314,6 +315,11 @@ def stability_changes(full: Complex, reduced: Complex) -> list[str]:
 def _growth(values: Complex) -> str:
     worst = max(values, key=np.real)
     return f"{worst.real:.3g} 1/s at {abs(worst) / (2.0 * np.pi):.5g} Hz"
+
+
+def _left(error: float) -> str:
+    """Return in words what a reduced model leaves: its error is infinite where it lacks a mode."""
+    return f"an error of {error:.2g}" if np.isfinite(error) else "a mode of the band without counterpart"
 
 
 def _upper(modes: Modes) -> Complex:
