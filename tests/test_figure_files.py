@@ -2,8 +2,10 @@
 
 import errno
 import io
+import itertools
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -74,6 +76,46 @@ def test_lengths_have_a_unit_that_suits_them(given, largest, label, tick):
         assert axes.yaxis.get_major_formatter().format_ticks([largest])[0].removesuffix(".0") == tick
 
 
+def test_a_figure_has_one_minus_sign():
+    figure = Figure()
+    scaled, plain = figure.subplots(1, 2)
+    scaled.set(ylim=(-8e-4, 8e-4), ylabel="x1, m")
+    readable_units(figure)
+    assert scaled.yaxis.get_major_formatter().format_ticks([-6e-4]) == ["\N{MINUS SIGN}600"]
+    assert plain.yaxis.get_major_formatter().format_ticks([-0.2])[0].startswith("\N{MINUS SIGN}")
+
+
+@pytest.mark.parametrize("draw", [ss.plot.contact_status, lambda axes, run: run.events.plot(axes)])
+def test_a_file_of_your_own_axes_holds_the_whole_legend(draw):
+    scene = ss.models.two_subsystems()
+    figure = Figure(figsize=(5.0, 2.5))
+    axes = draw(figure.subplots(), ss.simulate(scene, ss.disturbed_sliding(scene), 0.2))
+    save(axes, io.BytesIO(), form="png")
+    figure.draw_without_rendering()
+    drawn = axes.get_legend().get_window_extent()
+    assert figure.bbox.x1 >= drawn.x1
+    assert figure.bbox.y0 <= drawn.y0
+
+
+def test_a_layout_of_your_own_stays_where_nothing_is_cut():
+    figure = Figure()
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.3)
+    save(figure, io.BytesIO(), form="png")
+    assert axes.get_position().x0 == pytest.approx(0.3)
+
+
+def test_a_letter_stands_above_the_tick_at_the_upper_end():
+    figure = Figure(layout="constrained")
+    for axes in figure.subplots(1, 2):
+        axes.set(ylim=(0.0, 1.0), yticks=[0.0, 1.0])
+    panel_letters(figure)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        tick = axes.yaxis.get_ticklabels()[-1].get_window_extent()
+        assert not axes.texts[0].get_window_extent().overlaps(tick)
+
+
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])
 def test_the_same_figure_gives_the_same_bytes(form):
     cycle = ss.models.two_subsystems()
@@ -121,3 +163,20 @@ def test_an_error_of_writing_names_the_file_that_was_asked_for(tmp_path):
     with pytest.raises(FileNotFoundError) as caught:
         replace_file(path, b"")
     assert caught.value.filename == str(path)
+
+
+def test_events_and_works_are_told_apart():
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.disturbed_sliding(scene), 0.2)
+    axes = run.events.plot(Figure().subplots())
+    strokes = np.concatenate([lines.get_segments() for lines in axes.collections])
+    assert len(strokes) == len(run.events)
+    rows = [sorted({(s[0][1], s[1][1]) for s in lines.get_segments()}) for lines in axes.collections]
+    lanes = sorted(lane for row in rows for lane in row)
+    assert all(end <= begin for (_, end), (begin, _) in itertools.pairwise(lanes))
+    bars = run.balance().plot(Figure().subplots())
+    names = {
+        text.get_text(): bar.get_height()
+        for text, bar in zip(bars.get_yticklabels(), bars.patches, strict=True)
+    }
+    assert names["of contact 0"] == names["of contact 1"] < 0.5 * names["contact"]

@@ -41,6 +41,19 @@ def test_a_stability_map_shows_growth_and_its_border():
         ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
 
 
+def test_a_stability_map_says_once_what_one_unstable_mode_means():
+    values = np.linspace(0.0, 1.5, 7)
+    figure = ss.plot.stability_map(
+        ss.sweep(ss.models.two_subsystems(), over={"friction_0": values, "friction_1": values})
+    )
+    _, bar = figure.axes
+    # Between unstable and stable the ticks of the bar have at most two digits.
+    ticks = bar.get_yticks()
+    assert 5 <= ticks.size <= 9
+    assert ticks == pytest.approx([float(f"{tick:.2g}") for tick in ticks])
+    assert 0.0 in ticks
+
+
 def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
     figure = ss.plot.shapes(modes)

@@ -22,7 +22,7 @@ def line(walls=(100.0, 0.0, 0.0), between=(50.0, 70.0)):
 
 def test_springs_and_walls_are_those_of_the_matrix():
     drawing = schematic(line())
-    assert [body.name for body in drawing.bodies] == ["contact 0", "x2", "x3"]
+    assert [body.name for body in drawing.bodies] == ["contact 0: x1, x4", "x2", "x3"]
     assert [body.along for body in drawing.bodies] == [
         ((0, 1.0, 0.0), (3, 0.0, 1.0)),
         ((1, 1.0, 0.0),),
@@ -48,6 +48,20 @@ def test_no_two_bodies_stand_in_one_place():
     assert len(places) == 18
     moved = sorted({dof for body in drawing.bodies for dof, _, _ in body.along})
     assert moved == list(range(scene.size))
+
+
+def test_no_spring_hides_behind_a_body_or_another_spring():
+    drawing = schematic(ss.models.two_subsystems())
+    places = np.array([(body.x, body.y) for body in drawing.bodies])
+    for a, b, _ in drawing.springs:
+        along = places[b] - places[a]
+        for other in set(range(len(places))) - {a, b}:
+            beside = places[other] - places[a]
+            part = np.clip(beside @ along / (along @ along), 0.0, 1.0)
+            # A spring is 0.07 wide.
+            assert np.hypot(*(beside - part * along)) > 0.1
+    # Every dof has its name in the drawing.
+    assert {"contact 0: x3, x4", "contact 1: x7, x8"} < {body.name for body in drawing.bodies}
 
 
 def test_what_is_large_says_what_it_leaves_out():

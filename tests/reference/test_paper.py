@@ -11,6 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 import stickslip as ss
+from pictures import assert_shown
 from stickslip.reference import comparison as reproduce
 from stickslip.reference import figures as paper
 from stickslip.reference.numbers import published
@@ -46,6 +47,14 @@ def test_there_is_one_function_for_each():
     assert list(paper.FIGURES) == list(NUMBERS)
     for number in NUMBERS:
         assert paper.FIGURES[number] is getattr(ss.reference.figures, f"figure_{number}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_gallery_shows_what_is_drawn_today(number, tmp_path):
+    # Drawn anew: a test before may have laid out what `drawn` keeps.
+    ss.plot.save(paper.FIGURES[number](), tmp_path / "figure.png")
+    assert_shown(f"gallery/figure-{number:02}.png", tmp_path / "figure.png")
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip as ss
+from pictures import assert_shown
 from stickslip.cli import main
 from stickslip.reference import comparison as reproduce
 from stickslip.reference import numbers as published
@@ -129,6 +130,8 @@ def test_command_line(tmp_path):
     for path in (tmp_path / "figures").glob("*.[pg]*"):
         assert path.read_bytes().startswith({".png": b"\x89PNG", ".gif": b"GIF8"}[path.suffix])
         assert path.stat().st_size > 10_000
+    for name in ("limit-cycle.png", "energy-cycle.png", "energy-flow.png"):
+        assert_shown(name, tmp_path / "figures" / name)
     rows = json.loads((tmp_path / "figures" / "comparison.json").read_text())
     assert {row["verdict"] for row in rows} == {"agrees", "erratum", "not printed"}
 

@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint
@@ -111,7 +112,9 @@ def draw_loci(
 def stability_map(branches: xr.Dataset) -> Figure:
     """Return where sliding is stable over two parameters: largest growth rate and number of unstable modes.
 
-    The border of stability, where the largest growth rate is zero, is the black line of both panels.
+    The border of stability, where the largest growth rate is zero, is the black line of both panels. It is
+    interpolated linearly between the values of the sweep, so a finer sweep makes it smoother. If no more than
+    one mode is unstable anywhere, there is no panel of the number: it would repeat the border.
 
     Parameters
     ----------
@@ -136,24 +139,27 @@ def stability_map(branches: xr.Dataset) -> Figure:
     rates = shown_growth(eigenvalue.real, ordered.unstable.to_numpy())
     growth = rates.max(axis=-1)
     grid = (ordered[across].to_numpy(), ordered[upward].to_numpy())
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     reach = float(np.abs(growth).max()) or 1.0
-    levels = np.linspace(-reach, reach, 2 * LEVELS + 1)
-    shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
-    figure.colorbar(shades, ax=left, label="largest growth rate, 1/s")
     # At least k modes are unstable where the k-th largest real part, one of each pair, is positive.
     one_of_pair = np.where(eigenvalue.imag >= 0.0, rates, -reach)
     ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)
     most = int((ranked > 0.0).any(axis=(1, 2)).sum())
+    panels = 1 if most < 2 else 2
+    figure = Figure(figsize=(0.8 + 4.1 * panels, 4.2), layout="constrained")
+    left, *right = figure.subplots(1, panels, sharex=True, sharey=True, squeeze=False)[0]
+    levels = MaxNLocator(2 * LEVELS, symmetric=True).tick_values(-reach, reach)
+    shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
+    ticks = MaxNLocator(8, symmetric=True)
+    figure.colorbar(shades, ax=left, label="largest growth rate, 1/s", ticks=ticks)
     shade = colormaps["Reds"].resampled(most + 2)
-    for rank, real in enumerate(ranked[:most], start=1):
-        right.contourf(*grid, real, levels=[0.0, 2.0 * reach], colors=[shade(rank)])
-    edges = BoundaryNorm(np.arange(most + 2) - 0.5, most + 1)
-    number = ScalarMappable(edges, ListedColormap(shade(range(most + 1))))
-    figure.colorbar(number, ax=right, label="number of unstable modes", ticks=np.arange(most + 1))
-    right.set_facecolor(shade(0))
-    for axes in (left, right):
+    for axes in right:
+        for rank, real in enumerate(ranked[:most], start=1):
+            axes.contourf(*grid, real, levels=[0.0, 2.0 * reach], colors=[shade(rank)])
+        edges = BoundaryNorm(np.arange(most + 2) - 0.5, most + 1)
+        number = ScalarMappable(edges, ListedColormap(shade(range(most + 1))))
+        figure.colorbar(number, ax=axes, label="number of unstable modes", ticks=np.arange(most + 1))
+        axes.set_facecolor(shade(0))
+    for axes in (left, *right):
         if growth.min() < 0.0 < growth.max():
             axes.contour(*grid, growth, levels=[0.0], colors="black", linewidths=1.2)
         axes.set_xlabel(quantity(across, branches[across].attrs.get("units", "")))

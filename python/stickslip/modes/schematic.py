@@ -168,7 +168,9 @@ def _found(scene: Scene) -> list[Body]:
         dofs = np.flatnonzero((tangential != 0.0) | (normal != 0.0))
         taken[dofs] = True
         along = tuple((int(k), float(tangential[k]), float(normal[k])) for k in dofs)
-        bodies.append(Body(f"contact {labels[i]}", float(i), 0.0, along, i))
+        # The dofs of a contact have no body of their own, so its name tells them.
+        own = f": {', '.join(scene.dofs[k] for k in dofs)}" if dofs.size <= 2 else ""
+        bodies.append(Body(f"contact {labels[i]}{own}", float(i), 0.0, along, i))
     for dof in np.flatnonzero(~taken)[: MOST - len(bodies)].tolist():
         bodies.append(Body(scene.dofs[dof], 0.0, 1.0, ((int(dof), 1.0, 0.0),)))
     return bodies
@@ -190,16 +192,16 @@ def _layered(bodies: list[Body], springs: dict[tuple[int, int], float]) -> list[
         height |= dict.fromkeys(layer, depth)
     widest = max(sum(h == level for h in height.values()) for level in range(depth + 1))
     x: dict[int, float] = {}
+    y: dict[int, float] = {}
     for level in range(depth + 1):
         row = [k for k in range(len(bodies)) if height[k] == level]
 
         below = {k: [x[b] for b in tied[k] if b in x] or [float(k)] for k in row}
         row.sort(key=lambda k: float(np.mean(below[k])))
         x |= {k: (place + 0.5) * widest / len(row) - 0.5 for place, k in enumerate(row)}
-    # Where a layer holds many, springs along it would hide behind the bodies that they pass.
-    many = {level for level in range(1, depth + 1) if sum(h == level for h in height.values()) > 2}
-    y = {k: h + 0.2 * (h in many) * (round(x[k] + 0.5) % 2) for k, h in height.items()}
+        # Where a layer holds many, springs along it would hide behind the bodies that they pass.
+        many = level > 0 and len(row) > 2
+        y |= {k: level + 0.3 * (many and place % 2) for place, k in enumerate(row)}
     return [
-        Body(body.name, x[k], float(y[k]), body.along, body.contact, body.angle)
-        for k, body in enumerate(bodies)
+        Body(body.name, x[k], y[k], body.along, body.contact, body.angle) for k, body in enumerate(bodies)
     ]

@@ -148,10 +148,17 @@ class Balance(Shown):
         from stickslip.show.style import axes_of
 
         axes = axes_of(ax)
-        names = [name.strip() for name, *_ in self.rows()]
-        values = 1e3 * np.array([value for _, value, _ in self.rows()])
+        rows = self.rows()
+        # Indented rows are the contacts, parts of the row above them: thinner bars with their own name.
+        parts = [name.startswith(" ") for name, *_ in rows]
+        names = [
+            f"of contact {name.strip()}" if part else name
+            for (name, *_), part in zip(rows, parts, strict=True)
+        ]
+        values = 1e3 * np.array([value for _, value, _ in rows])
         places = np.arange(values.size)
-        axes.barh(places, values, color=np.where(values < 0.0, "#cc3311", "#4477aa").tolist())
+        colours = np.where(values < 0.0, "#cc3311", "#4477aa").tolist()
+        axes.barh(places, values, np.where(parts, 0.3, 0.8), color=colours)
         axes.set_yticks(places, names)
         axes.invert_yaxis()
         axes.axvline(0.0, color="black", linewidth=0.6)

@@ -149,27 +149,29 @@ class Events(Sequence[Event], Shown):
         return self.to_dataset().to_dataframe()
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw every event over time, a row for each contact and a marker for each kind.
+        """Draw every event over time as a stroke, a row for each contact and in it a lane for each kind.
 
         Parameters
         ----------
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.show.style import COLOURS, MARKERS, axes_of
+        from stickslip.show.style import COLOURS, CONTACT, axes_of
 
         axes = axes_of(ax)
         own = self.kind != LOAD
         for time in self.time[~own]:
             axes.axvline(time, color="0.7", linewidth=0.8)
-        for kind, marker, colour in zip(
-            dict.fromkeys(self.kind[own].tolist()), MARKERS, cycle(COLOURS.values()), strict=False
-        ):
+        kinds = list(dict.fromkeys(self.kind[own].tolist()))
+        lane = 0.8 / max(len(kinds), 1)
+        for k, (kind, colour) in enumerate(zip(kinds, cycle((*COLOURS.values(), *CONTACT)), strict=False)):
             chosen = self.kind == kind
-            axes.plot(self.time[chosen], self.contact[chosen], marker, color=colour, label=kind, markersize=4)
+            above = self.contact[chosen] - 0.4 + k * lane
+            axes.vlines(self.time[chosen], above, above + 0.8 * lane, color=colour, linewidth=0.8, label=kind)
         labels = [f"contact {label}" for label in self._labels]
         axes.set(xlabel="time, s", yticks=range(len(labels)), yticklabels=labels)
-        axes.invert_yaxis()
+        # The first kind of the legend has the uppermost lane.
+        axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
         if own.any():
             axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return axes

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import Formatter, FuncFormatter
 
 from stickslip.show.replaced_file import replace_file
 
@@ -46,7 +46,8 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
 
     A file is replaced once the figure is drawn; an error leaves it as it was.
 
-    If the figure has several panels, they bear letters. Axes have units that suit what they show.
+    If the figure has several panels, they bear letters. Axes have units that suit what they show. If the
+    figure has no layout engine and its border would cut a legend or label, the layout becomes "constrained".
 
     Parameters
     ----------
@@ -80,10 +81,17 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
         return
     readable_units(figure)
     panel_letters(figure)
+    if figure.get_layout_engine() is None and _is_cut(figure):
+        figure.set_layout_engine("constrained")
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, format=form, metadata=metadata.get(form or ""))
+
+
+def _is_cut(figure: Figure) -> bool:
+    drawn, paper = figure.get_tightbbox(), figure.bbox_inches
+    return bool(drawn.x0 < paper.x0 or drawn.y0 < paper.y0 or drawn.x1 > paper.x1 or drawn.y1 > paper.y1)
 
 
 def _figure_of(axes: Axes) -> Figure:
@@ -125,7 +133,7 @@ def _readable_times(panels: list[Axes]) -> None:
 
 
 def _scaled(factor: float) -> FuncFormatter:
-    return FuncFormatter(lambda value, _: f"{factor * value:.6g}")
+    return FuncFormatter(lambda value, _: Formatter.fix_minus(f"{factor * value:.6g}"))
 
 
 def panel_letters(figure: Figure) -> None:
@@ -135,16 +143,17 @@ def panel_letters(figure: Figure) -> None:
         return
     for axes, letter in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
         if not any(text.get_gid() == "letter" for text in axes.texts):
-            # Left of the panel, where neither title nor legend stands.
+            size = float(axes.xaxis.label.get_fontsize())
+            # Left of the panel, where neither title nor legend stands, and above a tick at its upper end.
             axes.annotate(
                 f"({letter})",
                 (0.0, 1.0),
                 xycoords="axes fraction",
-                xytext=(-6.0, 3.0),
+                xytext=(-6.0, 0.5 * size + 3.0),
                 textcoords="offset points",
                 ha="right",
                 va="bottom",
-                fontsize=axes.xaxis.label.get_fontsize(),
+                fontsize=size,
                 gid="letter",
             )
 
