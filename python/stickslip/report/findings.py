@@ -48,8 +48,8 @@ SAMPLES = 2**14
 #: Events of the transient, and of the search for what it settles to, times the number of dofs; fewest events.
 #: They limit the report by its work, so that the same scene gives the same report on every computer.
 EVENTS, FEWEST = 400_000, 1000
-#: How much further the search looks, in durations of the motion.
-FURTHER = 5.0
+#: How much further the search looks, s of motion; as long as the motion itself if that is longer.
+FURTHER = 3.0
 #: Wall-clock limit of transient and search together, s, for motions that take long between events.
 PATIENCE = 30.0
 #: Least wall-clock time of the search, s, however much the motion took: a look at its end.
@@ -352,8 +352,7 @@ def _settled(
         reasons["cycle"] = f"No limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run
     try:
-        longest = FURTHER * max(run.duration, shown_duration(modes))
-        further = affordable_search(run, longest, _most_events(run.scene))
+        further = affordable_search(run, max(FURTHER, run.duration), _most_events(run.scene))
         cycle = run.limit_cycle(further=further, time_limit=time_limit)
     except NotPeriodicError as error:
         # Without an exponent there is nothing that parts or meets.
