@@ -5,7 +5,10 @@
 //! then corrected by one generalized Rayleigh quotient `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order
 //! in the errors of the vectors, with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
+use num_complex::Complex64;
+
 use crate::error::input::Error;
+use crate::linalg::eigenpair::turned;
 use crate::linalg::parallel::each;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
@@ -25,6 +28,11 @@ pub(crate) const REFINED_SIZE: usize = 60;
 /// Share of the fastest rate up to which an eigenvalue may be one of a pair that rounding alone has split: farther from zero
 /// such a pair has a condition that shows it.
 const SLOW: f64 = 1e-2;
+
+/// Margin above rounding of the distance of two real rates of one motion, of a body that only weak dampers hold. Position and
+/// velocity are a sum and a difference of both parts, which are larger than the motion by the rate of the stiffness at the
+/// body over that distance: by up to 1e3, which costs up to 4e-13. A conjugate pair holds both in one complex number.
+const PARTED: f64 = 4e4;
 
 /// Relative distance of eigenvalues that may be one multiple one, and the largest part of one mode in another.
 const CLOSE: f64 = 1e-6;
@@ -62,14 +70,16 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     }
 }
 
-/// The modes from which motions are superposed, with refined vectors. A pair that rounding alone may have split counts as
-/// defective: it would cost as many digits as the splitting is small beside the rates of the problem.
+/// The modes from which motions are superposed, with refined vectors. A pair that rounding alone may have split, or whose real
+/// rates are nearly one, counts as defective: it would cost as many digits as the splitting is small beside the rates of the
+/// problem.
 pub(crate) fn modes_of_motion(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
     let mut modes = spectrum(pencil, Vectors::Refined)?;
     let fastest = modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
     for mode in &mut modes {
         let is_slow = mode.eigenvalue.norm() <= SLOW * fastest;
-        if is_slow && mode.is_split_by_rounding(pencil, WELL_CONDITIONED) {
+        let margin = if mode.is_real() { PARTED } else { WELL_CONDITIONED };
+        if is_slow && mode.is_split_by_rounding(pencil, margin) {
             mode.condition = f64::INFINITY;
         }
     }
@@ -82,21 +92,26 @@ pub(crate) fn modes_of_motion(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
 fn mark_mixed(pencil: &Pencil, modes: &mut [Mode], slow: f64) {
     for j in 0..modes.len() {
         let other = &modes[j];
-        let is_close = |mode: &Mode| {
-            let [one, two] = [mode.eigenvalue, other.eigenvalue];
-            let distance = (one - two).norm();
-            one.norm().max(two.norm()) <= slow || distance <= CLOSE * two.norm()
+        let is_close = |value: Complex64| {
+            let distance = (value - other.eigenvalue).norm();
+            let size = other.eigenvalue.norm();
+            value.norm().max(size) <= slow || distance <= CLOSE * size
         };
-        let close: Vec<usize> =
-            (0..modes.len()).filter(|&i| i != j && is_close(&modes[i])).collect();
+        // A pair stands for its conjugate, too: rounding makes one of the equal rates of two bodies.
+        let close: Vec<(usize, bool)> = (0..modes.len())
+            .flat_map(|i| [(i, false), (i, true)])
+            .filter(|&(i, conjugate)| if conjugate { !modes[i].is_real() } else { i != j })
+            .filter(|&(i, conjugate)| is_close(turned(modes[i].eigenvalue, conjugate)))
+            .collect();
         if close.is_empty() {
             continue;
         }
         let products = pencil.products(&other.right);
-        let is_mixed = |&i: &usize| {
+        let is_mixed = |&(i, conjugate): &(usize, bool)| {
             let (mode, size) = (&modes[i], (modes[i].a.norm() * other.a.norm()).sqrt());
-            let middle = 0.5 * (mode.eigenvalue + other.eigenvalue);
-            !(products.slope(middle, &mode.left).norm() <= MIXED * size)
+            let middle = 0.5 * (turned(mode.eigenvalue, conjugate) + other.eigenvalue);
+            let left: Vec<_> = mode.left.iter().map(|&v| turned(v, conjugate)).collect();
+            !(products.slope(middle, &left).norm() <= MIXED * size)
         };
         if close.iter().any(is_mixed) {
             modes[j].condition = f64::INFINITY;
