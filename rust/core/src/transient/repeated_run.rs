@@ -2,6 +2,7 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::{Departure, Settlement};
+use crate::error::run::RunFailure;
 use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
 use crate::transient::clock::Clock;
@@ -19,8 +20,14 @@ pub(crate) fn repetition(duration: f64, controls: &Controls<'_>) -> Repetition {
     Repetition { duration, accumulation_tolerance, load_time, again }
 }
 
-/// The states at the starts of some phases of a motion, the first of which is kept: the run is repeated from there.
-fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -> Vec<f64> {
+/// The states at the starts of some phases of a motion, the first of which is kept: the run is repeated from there. Its
+/// events come at the same instants to the last bit.
+fn again(
+    trajectory: &Trajectory,
+    run: Repetition,
+    first: usize,
+    count: usize,
+) -> Result<Vec<f64>, RunFailure> {
     let Repetition { duration, accumulation_tolerance, load_time, .. } = run;
     let controls = Controls { accumulation_tolerance, load_time, ..Controls::default() };
     let start = trajectory.phase_state(first);
@@ -61,12 +68,16 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
         let after = match search.follow(&mut run.state, &mut motion, departures, &|_| usize::MAX) {
             PhaseEnd::Event { after } => Some(after),
             PhaseEnd::Stop(StopReason::Duration) => None,
-            _ => unreachable!("what ended by an event does so again"),
+            _ => return Err(differs(phase)),
         };
         run.advance(after, &mut search);
+        let Clock { seconds, rest } = run.state.time;
+        let begun = &trajectory.phases[phase];
+        if (seconds, rest) != (begun.start, begun.rest) {
+            return Err(differs(phase));
+        }
         let series = series(&run.state, &search);
-        let settled = run.settle(&search, &mut settlement, &series);
-        debug_assert!(settled.is_ok());
+        run.settle(&search, &mut settlement, &series)?;
         run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
         let basis =
             held.get(&trajectory.bases, &trajectory.propagators, trajectory.phases[phase].basis);
@@ -76,5 +87,69 @@ fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -
         states.extend_from_slice(&run.state.q);
         states.extend_from_slice(&run.state.u);
     }
-    states
+    Ok(states)
+}
+
+fn differs(phase: usize) -> RunFailure {
+    RunFailure::Internal(format!("phase {phase} of the motion does not begin again where it did"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::linalg::SparseMatrix;
+    use crate::motion::propagators::Propagators;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
+    use crate::transient::simulate::simulate;
+
+    /// 1 kg on a spring, pressed onto a belt of 0.1 m/s.
+    fn block(stiffness: f64) -> Arc<Propagators> {
+        let belt = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
+            friction: 0.5,
+            static_friction: 1.0,
+            slider_speed: 0.1,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0; 2]),
+            stiffness: SparseMatrix::diagonal(&[stiffness, 1.0]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0, -1.0],
+            contacts: vec![belt],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        Arc::new(Propagators::new(Arc::new(Scene::new(input).expect("well-posed"))))
+    }
+
+    /// Of another scene, to another end, or through phases that begin elsewhere, states would be those of another motion.
+    #[test]
+    fn a_run_that_does_not_come_again_is_an_error() {
+        let scene = block(1.0);
+        let start = scene.bare().sliding_equilibrium().expect("pressed on");
+        let start = crate::scene::State { velocity: vec![-0.15, 0.0], ..start };
+        let run = || {
+            let controls = Controls::default();
+            simulate(&scene, &start, 100.0, Method::Auto, controls).expect("a run")
+        };
+        let mut one = run();
+        let usual = repetition(100.0, &Controls::default());
+        let repeat = |run: &Trajectory, how: Repetition| again(run, how, 0, 4).map(|all| all.len());
+        assert_eq!(repeat(&one, usual), Ok(16));
+        assert!(repeat(&one, Repetition { duration: 1e-3, ..usual }).is_err());
+        one.phases[2].start = one.phases[2].start.next_up();
+        assert!(repeat(&one, usual).is_err());
+        let mut other = run();
+        other.propagators = block(1.0_f64.next_up());
+        assert!(repeat(&other, usual).is_err());
+    }
 }

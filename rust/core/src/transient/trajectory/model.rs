@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::error::input::Error;
+use crate::error::run::RunFailure;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Wanted;
 use crate::motion::propagators::Propagators;
@@ -59,7 +60,7 @@ pub(crate) struct Repetition {
     /// See there, s.
     pub load_time: f64,
     /// The states of some phases, from the first of them on, whose state is kept.
-    pub again: fn(&Trajectory, Repetition, usize, usize) -> Vec<f64>,
+    pub again: fn(&Trajectory, Repetition, usize, usize) -> Result<Vec<f64>, RunFailure>,
 }
 
 /// The motion from 0 to `end`.

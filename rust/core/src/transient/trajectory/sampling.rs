@@ -56,7 +56,10 @@ impl Trajectory {
             return PhaseState::Repeated(Arc::new(state), all);
         }
         self.states.state(phase, |first, count| {
-            self.repetition.map_or_else(Vec::new, |run| (run.again)(self, run, first, count))
+            let states = self.repetition.map(|run| (run.again)(self, run, first, count));
+            states.map_or_else(Vec::new, |states| {
+                states.unwrap_or_else(|failure| panic!("a run cannot be repeated: {failure}"))
+            })
         })
     }
 
