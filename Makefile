@@ -43,10 +43,10 @@ fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; EXT
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl \
 		$(addprefix --,$(EXTRAS))
 
-# Four streams of what EXTRAS means, in one store.
-fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of four kinds: stops, springs of contacts, loads, unsymmetric terms
+# Six streams of what EXTRAS means, in one store.
+fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of six kinds: stops, springs of contacts, loads, unsymmetric terms, tables, twins
 	@status=0; for kinds in "--stops" "--forced --compliant" "--stops --compliant" \
-		"--unsymmetric --forced --stops --compliant"; do \
+		"--unsymmetric --forced --stops --compliant" "--tables" "--twins"; do \
 		echo "fuzz $$kinds"; $(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) \
 			--store $(OUT)/fuzz.jsonl $$kinds || status=1; \
 	done; exit $$status

@@ -13,7 +13,7 @@ Checked are
 * energy, against quadrature of the powers;
 * that the run ends by itself in bounded time, and nothing panics.
 
-With ``--sparse`` local marches of chains, grids and stars are compared with marches of the whole, and their
+With ``--twins`` runs of two equal halves are compared with a run of one half alone. With ``--sparse`` local marches of chains, grids and stars are compared with marches of the whole, and their
 energy is balanced by the program itself.
 """
 
@@ -43,6 +43,7 @@ from fuzz_laws import beside_a_faster_mass, phases_by_integrator
 from fuzz_samples import Sampled
 from fuzz_scenes import EXTRAS, fuzz_scene
 from fuzz_terms import contact_directions, from_time
+from fuzz_twins import compare_halves, doubled
 
 #: s
 DURATION = 0.1
@@ -101,7 +102,12 @@ def run_scene(seed: int, extras: Collection[str], index: int) -> Outcome:
     outcome = Outcome(index, "ok")
     scene, start = fuzz_scene(seed, index, extras)
     try:
-        examine_sparse(outcome, scene, start) if "sparse" in extras else examine(outcome, scene, start)
+        if "twins" in extras:
+            examine_twins(outcome, scene, start, *doubled(scene, start, seed, index))
+        elif "sparse" in extras:
+            examine_sparse(outcome, scene, start)
+        else:
+            examine(outcome, scene, start)
     except Exception as error:
         outcome.verdict, outcome.detail = "error", f"{type(error).__name__}: {error}"
         if undecided(scene, str(error)):
@@ -217,6 +223,42 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         "equation of motion": phases_by_integrator(modal) if has_laws and not has_springs else "",
     }
     for verdict, detail in failures.items():
+        if detail:
+            outcome.verdict, outcome.detail = verdict, detail
+
+
+def examine_twins(
+    outcome: Outcome, scene: ss.Scene, start: ss.State, both: ss.Scene, both_start: ss.State
+) -> None:
+    """Run a scene alone and two of it tied to each other, and write down what was found."""
+
+    def follow(start: ss.State, duration: float, begin: float) -> ss.Trajectory:
+        return ss.simulate(both, start, duration, max_events=2 * MAX_EVENTS, time_limit=HANG)
+
+    alone = ss.simulate(scene, start, DURATION, max_events=MAX_EVENTS, time_limit=HANG)
+    duration = min(alone.duration, within_range(alone))
+    run = follow(both_start, duration, 0.0)
+    if both.mass.ndim == 2 and run.accumulations:
+        # Where mass couples contacts, a series of several is cut short by what the run tells as its error.
+        duration = float(0.999 * run.events.time[run.accumulations[0].event])
+        alone = ss.simulate(scene, start, duration, max_events=MAX_EVENTS, time_limit=HANG)
+        run = follow(both_start, duration, 0.0)
+    outcome.subsystems, outcome.events = len(both.contacts), len(run.events)
+    outcome.accumulations, outcome.grazings = len(run.accumulations), len(run.grazings)
+    for comparison in compare_halves(alone, run, follow):
+        if outcome.verdict in PASSED:
+            outcome.verdict, outcome.detail = comparison.verdict, comparison.detail
+        outcome.compared += comparison.compared
+        outcome.distinct += comparison.distinct
+        outcome.time_difference = max(outcome.time_difference, comparison.difference)
+    outcome.energy_until, outcome.energy_residual = duration, balance_residual(run)
+    for verdict, detail in {
+        "hang": "time_limit" if run.stop_reason == "time_limit" else "",
+        "continuity": continuity(run),
+        "energy": f"residual {outcome.energy_residual:.2e}"
+        if outcome.energy_residual > ENERGY_TOLERANCE
+        else "",
+    }.items():
         if detail:
             outcome.verdict, outcome.detail = verdict, detail
 

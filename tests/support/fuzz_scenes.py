@@ -20,6 +20,8 @@ EXTRAS = {
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
     "laws": "friction over slip speed",
     "compliant": "contacts with springs",
+    "tables": "friction over slip speed by tables only",
+    "twins": "a second half tied to the first, which moves alike: all events come in pairs",
     "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
 
@@ -37,8 +39,8 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
         scene, start = with_loads(scene, start, seed, index)
     if "stops" in extras:
         scene, start = with_stops(scene, seed, index)
-    if "laws" in extras:
-        scene, start = with_laws(scene, start, seed, index)
+    if {"laws", "tables"} & set(extras):
+        scene, start = with_laws(scene, start, seed, index, tables="tables" in extras)
     return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)
 
 
@@ -154,7 +156,9 @@ def with_stops(scene: ss.Scene, seed: int, index: int) -> tuple[ss.Scene, ss.Sta
     return scene, ss.State(start.position, start.velocity, "".join(letters))
 
 
-def with_laws(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+def with_laws(
+    scene: ss.Scene, start: ss.State, seed: int, index: int, tables: bool = False
+) -> tuple[ss.Scene, ss.State]:
     """Return the scene with laws of friction that have its coefficients at the slider speeds, and a start.
 
     Most weaken with slip speed, the others strengthen. Their slope is as strong as the scene is stiff, at the
@@ -173,7 +177,7 @@ def with_laws(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[
             pressed = contact.normal_force or np.abs(scene.force).max()
             inertia = 1.0 / (tangential[i] ** 2 @ (1.0 / np.diag(mass)))
             speed = contact.friction * pressed / (inertia * rate) * 10.0 ** rng.uniform(-1.0, 1.0)
-            law = drawn_law(rng, contact.friction, abs(contact.slider_speed), float(speed))
+            law = drawn_law(rng, contact.friction, abs(contact.slider_speed), float(speed), tables)
         if law is not None:
             static = None if holding == 1.0 else holding * law.coefficient(0.0)
             contact = dataclasses.replace(contact, friction=law, static_friction=static)
@@ -187,11 +191,13 @@ def with_laws(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[
     return scene, start
 
 
-def drawn_law(rng: np.random.Generator, friction: float, slip: float, speed: float) -> ss.friction.Law:
+def drawn_law(
+    rng: np.random.Generator, friction: float, slip: float, speed: float, table: bool = False
+) -> ss.friction.Law:
     """Return a law that has a coefficient at a slip speed and changes over another."""
     ratio = rng.uniform(0.4, 1.0) if rng.random() < 0.7 else rng.uniform(1.0, 2.0)
     law: ss.friction.Law
-    match rng.integers(4):
+    match 3 if table else rng.integers(4):
         case 0:
             # One that falls reaches 0 at some slip speed, and ends the run.
             slope = rng.uniform(0.0, 1.0) if ratio > 1.0 else -0.01 / max(slip, 0.1)

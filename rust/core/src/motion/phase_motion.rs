@@ -223,6 +223,11 @@ impl CoupledMotion<'_> {
         }
     }
 
+    /// Whether no law of slip speed acts: the motion is then the same function of time before the start of its panel.
+    pub fn is_linear(&self) -> bool {
+        !matches!(self.kind, Kind::Law(..))
+    }
+
     /// The contact whose law of friction does not hold from here on, and why.
     pub fn exhausted(&self) -> Option<(usize, LawEnd)> {
         match &self.kind {

@@ -13,6 +13,8 @@ use crate::transient::trajectory::events::{Counters, Grazing};
 const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A flight is searched for within this many times its parabola first.
 const FLIGHT: f64 = 4.0;
+/// Newton steps to a root that lies shortly before a panel.
+const NEWTON: usize = 6;
 /// Rounding of a gap from its own polynomial, relative to the gap and to what its speed adds: Horner's rule.
 const GAP_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -40,6 +42,9 @@ pub(crate) struct PanelSearch {
     pub unit: VectorUnit,
     /// On the first panel of a phase: its gaps are exact at its start.
     pub exact: bool,
+    /// How far before its start polynomials hold as well, in the unit of the panel: those of linear motions do back to the start of
+    /// the phase, at most as far as the panel is wide.
+    pub before: f64,
 }
 
 impl PanelSearch {
@@ -75,8 +80,10 @@ impl PanelSearch {
                 continue;
             }
             counters.refinements += 1;
-            if let Some(root) = self.crossing(index, begin, &functions[index], first) {
-                first = root;
+            if let Some(root) = self.crossing(index, begin, &functions[index], first)
+                && found.is_none_or(|(_, earlier)| root <= earlier)
+            {
+                first = root.max(0.0);
                 found = Some((index, root));
             }
         }
@@ -135,12 +142,26 @@ impl PanelSearch {
             }
             Verdict::Crossing { root, touch } => {
                 self.touches.extend(touch.map(grazing));
-                if self.waiting {
-                    self.pending[index] = None;
-                }
-                Some(root)
+                let waited = self.waiting && self.pending[index].take().is_some();
+                Some(if waited && root == 0.0 { self.root_before(index) } else { root })
             }
         }
+    }
+
+    /// The root of an event function that was within its error of zero at the end of the last panel and has passed through zero
+    /// before this one begins: by Newton's method from the start of the panel.
+    #[cold]
+    fn root_before(&self, index: usize) -> f64 {
+        let p = self.panel.polynomial(index, 0);
+        let mut root = 0.0;
+        for _ in 0..NEWTON {
+            let (value, slope) = self.unit.run(ValueAndSlope(p, root));
+            if slope >= 0.0 {
+                break;
+            }
+            root = (root - value / slope).clamp(-self.before, 0.0);
+        }
+        root
     }
 
     /// The end of a flight that is short beside the panel, found in the scale of the flight itself: there the
@@ -201,7 +222,8 @@ impl PanelSearch {
         let p = self.panel.polynomial(function, multiplicity);
         let (value, slope) = self.unit.run(ValueAndSlope(p, s));
         let (value, error) = match self.exact && trigger == EventKind::Impact {
-            true => (value * s.powi(multiplicity as i32), self.gap_error(function, s)),
+            // After a release, gap / s^3 has the error of gap / s^2: a gap that has just opened is not zero.
+            true => (value * s.powi(multiplicity.min(2) as i32), self.gap_error(function, s)),
             false => (value, self.panel.error[function]),
         };
         value <= error && slope < 0.0
@@ -311,6 +333,44 @@ fn bounces_left(rest: f64, ulp: f64, restitution: f64) -> usize {
 mod tests {
     use super::*;
     use crate::contact::functional::Functional;
+
+    /// Within the error of zero at the end of a panel, and below it at the start of the next one.
+    #[test]
+    fn a_root_that_lies_before_a_panel_is_found_there() {
+        let trigger = EventKind::Release;
+        let functions = [EventFunction::kinematic(0, trigger, Functional::default())];
+        let root = |before: f64| {
+            let mut search = PanelSearch { before, ..PanelSearch::default() };
+            search.begin(std::iter::once(0));
+            search.panel.excluded = vec![false];
+            search.panel.coefficients = [vec![-0.5e-9, -1e-6], vec![0.0; ROW - 2]].concat();
+            search.panel.error = vec![1e-9];
+            search.panel.curvature_error = vec![1e-9];
+            let (time, value, uncertainty) = (10.0, 0.0, 1e-9);
+            let entry = Grazing { time, contact: 0, alternative: trigger, value, uncertainty };
+            search.pending = vec![Some(entry)];
+            search.waiting = true;
+            search.first_crossing(&mut Counters::default(), 10.0, &functions, 1.0, &[])
+        };
+        assert!((root(1.0).expect("a crossing").1 + 0.5e-3).abs() < 1e-15);
+        assert_eq!(root(1e-4), Some((0, -1e-4)));
+        assert_eq!(root(0.0), Some((0, 0.0)));
+    }
+
+    /// The third derivative of a gap opens it after a release; the fourth one closes it later.
+    #[test]
+    fn a_gap_that_has_just_opened_is_not_zero() {
+        let mut search = PanelSearch { exact: true, ..PanelSearch::default() };
+        search.begin(std::iter::once(3));
+        search.panel.excluded = vec![false];
+        search.panel.coefficients = [vec![0.0, 0.0, 0.0, 1e-3, -2e-3], vec![0.0; ROW - 5]].concat();
+        search.panel.error = vec![1e-12];
+        search.panel.curvature_error = vec![1e-12];
+        for s in [1e-12, 1e-9, 1e-3, 0.4] {
+            assert!(!search.vanishes(0, EventKind::Impact, s), "{s}");
+        }
+        assert!(search.vanishes(0, EventKind::Impact, 0.5));
+    }
 
     /// The coefficients of a function that is excluded are those of an earlier panel.
     #[test]

@@ -83,6 +83,8 @@ impl PhaseSearch {
                 return stop_unbounded(run, motion.start());
             }
             self.on_panel.exact = motion.start() == 0.0;
+            self.on_panel.before =
+                if motion.is_linear() { (motion.start() / width).min(1.0) } else { 0.0 };
             if self.on_panel.exact {
                 self.begin_exactly(run, functions);
             }
