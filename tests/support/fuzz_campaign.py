@@ -13,8 +13,9 @@ Checked are
 * energy, against quadrature of the powers;
 * that the run ends by itself in bounded time, and nothing panics.
 
-With ``--twins`` runs of two equal halves are compared with a run of one half alone. With ``--sparse`` local marches of chains, grids and stars are compared with marches of the whole, and their
-energy is balanced by the program itself.
+With ``--twins`` runs of two equal halves are compared with a run of one half alone. With ``--sparse`` local
+marches of chains, grids and stars are compared with marches of the whole, and their energy is balanced by the
+program itself.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Scenes twice, tied to each other by springs: both halves move as one of them does alone.
 
-All events come in pairs then, of one instant. Springs between equal displacements carry no force, so the motion of
-the half is the reference of both.
+All events come in pairs then, of one instant. Springs between equal displacements carry no force, so the
+motion of the half is the reference of both.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Direction = int | Mapping[int, float] | None
 
 
 def doubled(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
-    """Return a scene of two equal halves, upper masses of which are tied, and a state in which both are alike."""
+    """Return a scene of two equal halves, tied by upper masses, and a state in which both are alike."""
     rng = np.random.default_rng([seed, index, 8])
     ties = np.zeros(scene.size)
     ties[[0, *np.flatnonzero(rng.random(scene.size // 4) < 0.5) * 4]] = 10.0 ** rng.uniform(4.0, 6.0)

@@ -170,7 +170,7 @@ def test_scenes_that_failed_once(seed, index, extras):
 
 @pytest.mark.parametrize(("index", "events"), [(4676, 4), (4795, 29)])
 def test_an_event_within_the_rounding_of_many_panels_has_its_own_time(index, events):
-    """Thousands of narrow panels widen the rounding of a force to what it changes by in 1 us: it vanished 2.3 us late."""
+    """Thousands of narrow panels let a force round by what it changes by in 1 us: it vanished 2.3 us late."""
     outcome = fuzz_campaign.run_scene(21, [], index)
     assert (outcome.verdict, outcome.compared, outcome.distinct) == ("ok", events, events), outcome
     assert outcome.time_difference < 1e-9
