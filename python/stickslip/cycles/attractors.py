@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
@@ -83,6 +84,33 @@ def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
     ]
     largest = max(slips, default=0.0)
     return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))
+
+
+def at_rest(scene: Scene) -> State:
+    """Return an equilibrium in which every contact whose slider rests sticks without a friction force.
+
+    All other contacts slide or are open. This is where a motion starts in a scene that has no steady sliding
+    because a slider rests, such as a joint under a harmonic load.
+
+    Raises
+    ------
+    InputError
+        If there is no such equilibrium, or every slider moves.
+    """
+    resting = [contact.tangential is not None and not contact.slider_speed for contact in scene.contacts]
+    if not any(resting):
+        raise InputError("scene: no slider rests, so a motion starts from steady sliding")
+    # Without friction the direction in which a contact slides is of no account.
+    held = [
+        dataclasses.replace(one, friction=0.0, static_friction=None, slider_speed=1.0) if rests else one
+        for one, rests in zip(scene.contacts, resting, strict=True)
+    ]
+    found = sliding_equilibrium(scene.replace(contacts=held))
+    letters = [
+        "s" if rests and letter != "d" else letter
+        for rests, letter in zip(resting, found.combination, strict=True)
+    ]
+    return State(found.position, found.velocity, "".join(letters), scene.dofs)
 
 
 def shown_duration(modes: Modes) -> float:
