@@ -28,6 +28,8 @@ Outcome: TypeAlias = tuple[Settled, str]
 OUTSIDE, UNKNOWN = -1, -2
 #: Periods of the slowest mode of sliding between first looks at a motion: some tens of periods of a cycle.
 STRETCH = 60.0
+#: Modes nearest to zero among which the slowest that moves is looked for.
+SLOWEST = 12
 #: First looks' time after which a motion counts as one that does not recur.
 LOOKS = 30
 #: Growth of the disturbance, as a power of e, over the transient that is shown.
@@ -200,8 +202,12 @@ def stretch_of(scene: Scene, stretch: float | None) -> float:
     """Return the time between two looks, by default from the slowest mode of sliding, s."""
     if stretch is not None:
         return finite_time("stretch", stretch)
-    moving = np.abs(complex_modes(scene).eigenvalues)
-    slowest = moving[moving > 0.0].min(initial=np.inf)
+    # Of a large scene no others are computed than the slowest, and those that stand still.
+    for count in (SLOWEST, 2 * scene.size):
+        moving = np.abs(complex_modes(scene, near=0.0, count=count).eigenvalues)
+        slowest = moving[moving > 0.0].min(initial=np.inf)
+        if np.isfinite(slowest):
+            break
     if not np.isfinite(slowest):
         raise InputError("stretch: give it in s, since the scene has no mode that sets a time scale")
     return float(STRETCH * 2.0 * np.pi / slowest)
