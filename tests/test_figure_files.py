@@ -180,3 +180,18 @@ def test_events_and_works_are_told_apart():
         for text, bar in zip(bars.get_yticklabels(), bars.patches, strict=True)
     }
     assert names["of contact 0"] == names["of contact 1"] < 0.5 * names["contact"]
+
+
+@pytest.mark.parametrize(
+    ("joules", "unit", "shown"), [(7.5, "J", 7.5), (7.5e-3, "mJ", 7.5), (7.5e-7, "nJ", 750.0)]
+)
+def test_an_axis_of_energy_has_the_unit_that_suits_it(joules, unit, shown):
+    figure = Figure()
+    axes = figure.subplots()
+    axes.barh([0.0], [-1e3 * joules])
+    axes.set(xlabel="work, mJ", xlim=(-1e3 * joules, 0.0))
+    ss.plot.save(figure, io.BytesIO(), form="svg")
+    assert axes.get_xlabel() == f"work, {unit}"
+    axes.xaxis.set_ticks([-1e3 * joules])
+    (label,) = axes.xaxis.get_major_formatter().format_ticks([-1e3 * joules])
+    assert float(label.replace("\N{MINUS SIGN}", "-")) == pytest.approx(-shown)

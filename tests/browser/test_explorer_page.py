@@ -330,3 +330,8 @@ def test_it_fits_a_narrow_window(opened, width):
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     for panel in PANELS:
         assert page.locator(f"#{panel} .stage").first.bounding_box()["width"] > 150
+    # The sliders stay in sight beside the last figure too.
+    page.locator("#energy").scroll_into_view_if_needed()
+    sliders = page.locator("aside").bounding_box()
+    assert sliders["y"] >= 0
+    assert sliders["y"] + sliders["height"] < 0.5 * 740

@@ -107,6 +107,25 @@ def test_the_page_fits_its_window_and_its_text_stands_out(opened, viewport, sche
     assert (paper.mean() < 60) == (scheme == "dark")
 
 
+def test_dense_curves_are_bright_on_dark_paper(opened):
+    page = opened(color_scheme="dark", reduced_motion="reduce")
+    picture = Image.open(io.BytesIO(page.locator("#cycle svg.plot").first.screenshot()))
+    red, green, blue = np.moveaxis(np.asarray(picture.convert("RGB"), dtype=float), -1, 0)
+    # The detached part, the only one that is yellow, is a curve of pixels; its name in the legend is a line.
+    yellow = (red - blue > 80.0) & (green > 0.65 * red)
+    assert yellow.sum() > 100
+    assert (red[yellow] > 180.0).mean() > 0.5
+
+
+def test_what_goes_on_beyond_its_frame_shows_it(opened):
+    page = opened(viewport=PHONE, reduced_motion="reduce")
+    for card in page.locator(".card").all():
+        assert card.evaluate("card => card.scrollWidth > card.clientWidth")
+        shade = pixels(card)
+        # A shadow at the right, where it goes on; none at the left, where it begins.
+        assert np.median(shade[:, -6]) < np.median(shade[:, 6]) - 40
+
+
 def test_modes_move_until_they_are_paused_by_keyboard(opened):
     page = opened()
     place = "document.querySelector('svg.motion .point').getAttribute('transform')"

@@ -9,6 +9,7 @@ from mode_coupling import mode_coupling
 from pad_on_disc import pad_on_disc
 from quad_block import quad_block
 from return_map import differenced_multipliers
+from stickslip.cycles import attractors
 from stickslip.cycles.attractors import described, disturbed_sliding
 from stickslip.cycles.bifurcation import table
 
@@ -193,3 +194,26 @@ def test_a_motion_in_exact_steady_sliding_is_told_how_to_leave_it():
     with pytest.raises(ss.errors.NotPeriodicError, match="unless the start is disturbed") as caught:
         run.limit_cycle()
     assert "give further, or a longer duration" in str(caught.value)
+
+
+def test_the_time_between_looks_of_a_large_scene_needs_its_slowest_modes_alone(monkeypatch):
+    size = 200
+    stiffness = 1e4 * (2.0 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    scene = ss.Scene(np.ones(size), stiffness, 1e-5 * stiffness, np.zeros(size), contacts=[])
+    free = stiffness.copy()
+    free[0, 0] = free[-1, -1] = 1e4
+    drifting = ss.Scene(np.ones(size), free, 1e-5 * free, np.zeros(size), contacts=[])
+    computed = []
+
+    def counted(*arguments, **options):
+        found = ss.complex_modes(*arguments, **options)
+        computed.append(len(found))
+        return found
+
+    monkeypatch.setattr(attractors, "complex_modes", counted)
+    slowest = 2.0 * 100.0 * np.sin(np.pi / (2 * (size + 1)))
+    assert attractors.stretch_of(scene, None) == pytest.approx(60.0 * 2.0 * np.pi / slowest, rel=1e-9)
+    # A body that stands still sets no time scale.
+    slowest = 2.0 * 100.0 * np.sin(np.pi / (2 * size))
+    assert attractors.stretch_of(drifting, None) == pytest.approx(60.0 * 2.0 * np.pi / slowest, rel=1e-9)
+    assert max(computed) < 60

@@ -405,3 +405,52 @@ def test_ctrl_c_ends_the_command(tmp_path):
         _, told = run.communicate(timeout=30)
     assert run.returncode == 130
     assert "Traceback" not in told
+
+
+def forced_joint():
+    """Return a mass on a joint: friction under a given normal force, and a harmonic load."""
+    joint = ss.Contact(
+        tangential="x", friction=0.3, normal_force=100.0, tangential_stiffness=2e4, name="joint"
+    )
+    shaker = ss.Harmonic({"x": 60.0}, 20.0, name="shaker")
+    return ss.Scene([1.0], [[1e4]], [[5.0]], [0.0], contacts=[joint], dofs=["x"], loads=[shaker])
+
+
+def test_a_forced_joint_is_shown_without_modes():
+    scene = forced_joint()
+    with ss.explore(scene) as page:
+        shown = asked(page, "/motion", values={}, dof=0, patience=5.0, start={"kind": "mode"})
+        assert shown["error"] is None
+        assert shown["modes"] is None
+        assert shown["sentence"].startswith(
+            "There is no steady sliding: contact 0: slider_speed is 0, so steady sliding has no direction"
+        )
+        assert shown["cycle"]["frequency"] == pytest.approx(20.0)
+        cycle = ss.simulate(scene, ss.State([0.0], [0.0], "s"), 2.0).limit_cycle()
+        assert np.ptp(unpacked(shown["motion"]["position"], 2)[:, 1]) == pytest.approx(
+            float(np.ptp(cycle.run.sample(np.linspace(0.0, cycle.period, 2001)).position.to_numpy())),
+            rel=1e-3,
+        )
+        friction = next(row for row in shown["energy"] if row["name"] == "contact joint")
+        work = float(cycle.balance().contacts.work.sum())
+        assert work < 0.0
+        assert sum(friction["parts"].values()) == pytest.approx(1e3 * work, rel=1e-6)
+        assert shown["way"]["end"] > shown["way"]["begin"]
+        text = asked(page, "/text", values={}, start={"kind": "mode"})
+        assert "ss.State([0.0], [0.0], 's', scene.dofs)" in text["python"]
+        assert sent(page, "/figure", {"values": {}, "start": {"kind": "mode"}})[1].startswith(b"%PDF")
+        assert (
+            "slider_speed is 0"
+            in asked(page, "/loci", values={}, x=["friction", 0.0, 3.0], count=31, critical=True)["error"]
+        )
+
+
+def test_a_given_normal_force_is_a_slider_only_where_a_contact_has_one():
+    assert "normal_force" in knobs(Family(forced_joint()))
+    joint_and_pad = [
+        ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=0.1),
+        ss.Contact(tangential=1, friction=0.3, slider_speed=0.1, normal_force=2.0),
+        ss.Contact(normal=0, gap=0.1),
+    ]
+    scene = ss.Scene([1, 1], [[100, 20], [20, 80]], force=[0, -10], contacts=joint_and_pad)
+    assert [name for name in knobs(Family(scene)) if "normal_force" in name] == ["normal_force_1"]

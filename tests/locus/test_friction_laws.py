@@ -8,6 +8,7 @@ import scipy
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.locus import critical
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
 
@@ -256,3 +257,35 @@ def test_a_law_and_the_number_of_a_contact_without_a_law_may_be_set():
     assert np.isfinite(ss.stability(chain, over={"friction_1": [0.1, 0.2]}).growth_rate).all()
     table = {"law": "stribeck", "static": 0.6, "kinetic": 0.3, "speed": 0.1}
     assert Family(block(STRIBECK)).replaced({"friction": table}).contacts[0].friction.static == 0.6
+
+
+def test_the_cause_of_a_point_of_a_large_scene_needs_one_mode(monkeypatch):
+    size = 130
+    stiffness = 1e4 * (2.5 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    law = ss.friction.Stribeck(static=0.5, kinetic=0.2, speed=0.3)
+    contact = ss.Contact(tangential=size // 2, normal_force=100.0, friction=law, slider_speed=0.2)
+    scene = ss.Scene(np.ones(size), stiffness, 1e-5 * stiffness, np.zeros(size), contacts=[contact])
+    modes = ss.complex_modes(scene)
+    leading = modes.eigenvalues[int(np.argmax(modes.eigenvalues.real))]
+    point = critical.CriticalPoint(
+        kind="hopf",
+        parameter="slider_speed",
+        value=0.2,
+        complex_value=0.2 + 0.0j,
+        eigenvalue=complex(leading),
+        other=None,
+        slope=1.0,
+        direction=1,
+    )
+    computed = []
+
+    def counted(*arguments, **options):
+        found = ss.complex_modes(*arguments, **options)
+        computed.append(len(found))
+        return found
+
+    monkeypatch.setattr(critical, "complex_modes", counted)
+    (told,) = critical._with_causes([point], critical.Sliding(critical.Family(scene), None), {})
+    assert told.cause == "falling friction"
+    assert computed
+    assert max(computed) <= 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
@@ -27,6 +28,8 @@ Outcome: TypeAlias = tuple[Settled, str]
 OUTSIDE, UNKNOWN = -1, -2
 #: Periods of the slowest mode of sliding between first looks at a motion: some tens of periods of a cycle.
 STRETCH = 60.0
+#: Modes nearest to zero among which the slowest that moves is looked for.
+SLOWEST = 12
 #: First looks' time after which a motion counts as one that does not recur.
 LOOKS = 30
 #: Growth of the disturbance, as a power of e, over the transient that is shown.
@@ -83,6 +86,33 @@ def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
     ]
     largest = max(slips, default=0.0)
     return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))
+
+
+def at_rest(scene: Scene) -> State:
+    """Return an equilibrium in which every contact whose slider rests sticks without a friction force.
+
+    All other contacts slide or are open. This is where a motion starts in a scene that has no steady sliding
+    because a slider rests, such as a joint under a harmonic load.
+
+    Raises
+    ------
+    InputError
+        If there is no such equilibrium, or every slider moves.
+    """
+    resting = [contact.tangential is not None and not contact.slider_speed for contact in scene.contacts]
+    if not any(resting):
+        raise InputError("scene: no slider rests, so a motion starts from steady sliding")
+    # Without friction the direction in which a contact slides is of no account.
+    held = [
+        dataclasses.replace(one, friction=0.0, static_friction=None, slider_speed=1.0) if rests else one
+        for one, rests in zip(scene.contacts, resting, strict=True)
+    ]
+    found = sliding_equilibrium(scene.replace(contacts=held))
+    letters = [
+        "s" if rests and letter != "d" else letter
+        for rests, letter in zip(resting, found.combination, strict=True)
+    ]
+    return State(found.position, found.velocity, "".join(letters), scene.dofs)
 
 
 def shown_duration(modes: Modes) -> float:
@@ -172,8 +202,12 @@ def stretch_of(scene: Scene, stretch: float | None) -> float:
     """Return the time between two looks, by default from the slowest mode of sliding, s."""
     if stretch is not None:
         return finite_time("stretch", stretch)
-    moving = np.abs(complex_modes(scene).eigenvalues)
-    slowest = moving[moving > 0.0].min(initial=np.inf)
+    # Of a large scene no others are computed than the slowest, and those that stand still.
+    for count in (SLOWEST, 2 * scene.size):
+        moving = np.abs(complex_modes(scene, near=0.0, count=count).eigenvalues)
+        slowest = moving[moving > 0.0].min(initial=np.inf)
+        if np.isfinite(slowest):
+            break
     if not np.isfinite(slowest):
         raise InputError("stretch: give it in s, since the scene has no mode that sets a time scale")
     return float(STRETCH * 2.0 * np.pi / slowest)

@@ -13,9 +13,8 @@ from stickslip.explorer.sound import sound
 from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
 from stickslip.faults import InputError
 from stickslip.files.case import Case
-from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State
 from stickslip.show.style import save
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
@@ -24,17 +23,17 @@ from stickslip.transient.trajectory import Trajectory
 def texts(wanted: Wanted) -> dict[str, str]:
     """Return the point as a scene file, and as Python that computes its limit cycle."""
     scene = wanted.scene()
-    start = _start(wanted, scene)
+    zero, modes, _ = wanted.steady(scene)
+    start = wanted.start(scene, zero, modes)[0]
     case = wanted.explored.case
     moved = case.replace(**wanted.changed) if wanted.changed else case
-    zero = sliding_equilibrium(scene)
     added = {"position": start.position - zero.position, "velocity": start.velocity - zero.velocity}
     amounts = {
         name: {scene.dofs[k]: float(vector[k]) for k in range(scene.size) if vector[k]}
         for name, vector in added.items()
     }
     told: dict[str, Any] = {name: amount for name, amount in amounts.items() if amount}
-    if start.combination != zero.combination:
+    if start.combination != zero.combination or "s" in zero.combination:
         told = {"position": start.position, "velocity": start.velocity, "combination": start.combination}
     run = {"duration": _duration(wanted, scene), **case.run}
     return {"toml": _toml(moved, told, run, scene), "python": _python(wanted, told, run)}
@@ -104,8 +103,8 @@ def heard(wanted: Wanted) -> bytes:
 
 
 def _start(wanted: Wanted, scene: Scene) -> State:
-    equilibrium = sliding_equilibrium(scene)
-    return wanted.start(scene, equilibrium, complex_modes(scene, equilibrium.combination))[0]
+    equilibrium, modes, _ = wanted.steady(scene)
+    return wanted.start(scene, equilibrium, modes)[0]
 
 
 def _run(wanted: Wanted, duration: float) -> Trajectory:
@@ -115,4 +114,4 @@ def _run(wanted: Wanted, duration: float) -> Trajectory:
 
 def _duration(wanted: Wanted, scene: Scene) -> float:
     given = wanted.explored.case.run.get("duration")
-    return float(given) if given is not None else shown_duration(complex_modes(scene))
+    return float(given) if given is not None else shown_duration(wanted.steady(scene)[1])

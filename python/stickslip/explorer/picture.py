@@ -13,14 +13,13 @@ from stickslip.cycles.attractors import affordable_search, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.explorer.wanted import PATIENCE, Wanted
 from stickslip.faults import InputError
-from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes, shown_growth
 from stickslip.motion.energy import STATUSES, Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.figures import instants
 from stickslip.motion.motion import Motion
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State
 from stickslip.show.html import number
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
@@ -53,21 +52,25 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
         return {"error": str(error), "sentence": f"There is no such scene: {error}."}
     found: dict[str, Any] = {"error": None}
     try:
-        equilibrium = sliding_equilibrium(scene)
+        equilibrium, modes, unsteady = wanted.steady(scene)
     except InputError as error:
         return {"error": str(error), "sentence": f"There is no steady sliding: {error}."}
-    modes = complex_modes(scene, equilibrium.combination)
-    found["modes"] = _modes(modes)
+    found["modes"] = None if unsteady else _modes(modes)
+    stability = (
+        f"There is no steady sliding: {unsteady}. So there are no modes to show."
+        if unsteady
+        else _stability(scene, modes)
+    )
     start, remark = wanted.start(scene, equilibrium, modes)
     duration = float(wanted.explored.case.run.get("duration", shown_duration(modes)))
     try:
         run = simulate(scene, start, duration, max_events=max_events, time_limit=patience)
     except RunError as error:
         if not isinstance(error.partial, Trajectory):
-            return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} {error}."}
+            return {**found, "error": str(error), "sentence": f"{stability} {error}."}
         run, remark = error.partial, f"{remark} The motion could not be continued: {error}.".strip()
     except InputError as error:
-        return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} No start: {error}."}
+        return {**found, "error": str(error), "sentence": f"{stability} No start: {error}."}
     cycle, last, since, ending = _settled(run, duration, patience, max_events)
     chosen, dofs = _contacts(run), [*wanted.explored.sent, dof]
     found |= {
@@ -78,7 +81,7 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
         "lines": _lines(cycle, last, since, dof, np.abs(modes.eigenvalues).max(initial=0.0)),
         "energy": _energy(last.balance(since), scene),
         "state": _state(last),
-        "sentence": " ".join(part for part in (_stability(scene, modes), ending, remark) if part),
+        "sentence": " ".join(part for part in (stability, ending, remark) if part),
         "seconds": time.perf_counter() - begun,
     }
     return found

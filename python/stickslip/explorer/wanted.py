@@ -8,15 +8,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from stickslip.cycles.attractors import is_valid, set_in_motion
+from stickslip.cycles.attractors import at_rest, is_valid, set_in_motion
 from stickslip.explorer.knobs import Knob, joint, knobs, told
+from stickslip.faults import InputError
 from stickslip.files.case import Case
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.modes.schematic import Schematic, meshed, schematic
 from stickslip.scene.family import Family
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State
+from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTABLE
 
 #: Computing time of a motion while a point is dragged and when it has come to rest, s.
@@ -189,6 +191,27 @@ class Wanted:
         """Return the index of the dof whose history and spectrum are shown."""
         return self.whole("dof", (0, self.explored.scene.size - 1))
 
+    def steady(self, scene: Scene) -> tuple[State, Modes, str]:
+        """Return the equilibrium that motions start about, its modes, and "" or why it is no steady sliding.
+
+        Where a slider rests, its contact sticks in that equilibrium.
+
+        Raises
+        ------
+        InputError
+            If there is no equilibrium.
+        """
+        try:
+            state: State = sliding_equilibrium(scene)
+            reason = ""
+        except InputError as error:
+            reason = str(error)
+            try:
+                state = at_rest(scene)
+            except InputError:
+                raise error from None
+        return state, complex_modes(scene, state.combination), reason
+
     def start(self, scene: Scene, equilibrium: State, modes: Modes) -> tuple[State, str]:
         """Return where the motion starts, and a remark where that is not what was asked for."""
         given = self.message.get("start")
@@ -209,10 +232,10 @@ class Wanted:
             state = self._state(given, scene)
             if is_valid(scene, state):
                 return state, ""
-            return set_in_motion(scene, equilibrium, modes), (
+            return _disturbed(scene, equilibrium, modes), (
                 "The motion shown before violates a contact here, so this one starts anew."
             )
-        return set_in_motion(scene, equilibrium, modes), ""
+        return _disturbed(scene, equilibrium, modes), ""
 
     def _state(self, given: Mapping[str, Any], scene: Scene) -> State:
         def vector(name: str) -> list[float]:
@@ -234,6 +257,11 @@ class Wanted:
         if not isinstance(name, str) or name not in allowed:
             raise MalformedError(f"{place}: unknown name")
         return name
+
+
+def _disturbed(scene: Scene, equilibrium: State, modes: Modes) -> State:
+    """Return an equilibrium with its leading mode set in motion, or as it is where contacts stick in it."""
+    return equilibrium if "s" in equilibrium.combination else set_in_motion(scene, equilibrium, modes)
 
 
 def finite(place: str, value: Any) -> float:

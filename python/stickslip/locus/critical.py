@@ -205,7 +205,7 @@ def _with_causes(
         held = scene.replace(
             friction=[contact.coefficient() for contact in scene.contacts], static_friction=None
         )
-        others = complex_modes(held, sliding.letters(scene)).eigenvalues
+        others = complex_modes(held, sliding.letters(scene), near=point.eigenvalue, count=1).eigenvalues
         nearest = others[np.abs(others - point.eigenvalue).argmin()]
         return "falling friction" if nearest.real < 0.0 else "mode coupling"
 

@@ -29,6 +29,8 @@ STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
 #: Units of length, by how many of them a metre has.
 LENGTHS = {"m": 1.0, "mm": 1e3, "µm": MICROMETRES}
+#: Units of energy, by how many of them a joule has.
+ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}
 #: Range of a time axis, s, below which its ticks are in ms.
 SHORT = 0.1
 #: Points per inch that journals ask for at least.
@@ -103,18 +105,19 @@ def _figure_of(axes: Axes) -> Figure:
 
 
 def readable_units(figure: Figure) -> None:
-    """Let the axes of a figure have units that suit what they show: times s or ms, lengths m, mm or µm."""
+    """Let the axes of a figure have units that suit what they show: s or ms, m, mm or µm, J, mJ, µJ or nJ."""
     panels = _panels(figure)
     _readable_times(panels)
     for axes in panels:
         for axis in (axes.xaxis, axes.yaxis):
             name, comma, unit = axis.get_label_text().rpartition(", ")
-            if not comma or unit not in ("m", "µm") or axis.get_scale() != "linear":
+            units = LENGTHS if unit in ("m", "µm") else ENERGIES if unit == "mJ" else None
+            if not comma or units is None or axis.get_scale() != "linear":
                 continue
-            largest = np.abs(axis.get_view_interval()).max() / LENGTHS[unit]
-            fitting = next((of for of, per_metre in LENGTHS.items() if largest * per_metre >= 1.0), "µm")
+            largest = np.abs(axis.get_view_interval()).max() / units[unit]
+            fitting = next((of for of, per_base in units.items() if largest * per_base >= 1.0), [*units][-1])
             if fitting != unit:
-                factor = LENGTHS[fitting] / LENGTHS[unit]
+                factor = units[fitting] / units[unit]
                 axis.set_label_text(f"{name}, {fitting}")
                 axis.set_major_formatter(_scaled(factor))
 

@@ -172,7 +172,7 @@ def law_numbers(contacts: Sequence[Contact], fields: Iterable[str]) -> dict[str,
     found: dict[str, float | None] = {}
     for name in fields:
         for k, contact in enumerate(contacts):
-            if name in SPRINGS and not concerns(name, contact):
+            if name in ("normal_force", *SPRINGS) and not concerns(name, contact):
                 continue
             law = contact.friction if name == "friction" else None
             names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
