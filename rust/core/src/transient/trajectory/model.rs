@@ -50,6 +50,9 @@ impl PartMotion {
     }
 }
 
+/// Returns the states of so many phases from one on, whose state is kept.
+pub(crate) type Again = fn(&Trajectory, Repetition, usize, usize) -> Result<Vec<f64>, RunFailure>;
+
 /// The data by which a run is repeated from one of its states.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Repetition {
@@ -60,7 +63,7 @@ pub(crate) struct Repetition {
     /// See there, s.
     pub load_time: f64,
     /// The states of some phases, from the first of them on, whose state is kept.
-    pub again: fn(&Trajectory, Repetition, usize, usize) -> Result<Vec<f64>, RunFailure>,
+    pub again: Again,
 }
 
 /// The motion from 0 to `end`.
