@@ -83,8 +83,10 @@ impl PhaseSearch {
                 return stop_unbounded(run, motion.start());
             }
             self.on_panel.exact = motion.start() == 0.0;
-            self.on_panel.before =
-                if motion.is_linear() { (motion.start() / width).min(1.0) } else { 0.0 };
+            if self.on_panel.waiting {
+                let linear = motion.is_linear();
+                self.on_panel.before = if linear { (motion.start() / width).min(1.0) } else { 0.0 };
+            }
             if self.on_panel.exact {
                 self.begin_exactly(run, functions);
             }
