@@ -160,6 +160,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (94, 2175, ["stops"]),
         # As 93, 77: a touch was told where the search had stepped, 2e-8 s away from its minimum.
         (97, 1746, ["unsymmetric", "forced", "stops", "compliant"]),
+        # The slip of a node ends in the instant of a bounce, whose gap counted as closed again.
+        (22, 157, ["stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):

@@ -221,10 +221,12 @@ impl PanelSearch {
         let multiplicity = self.multiplicity[function];
         let p = self.panel.polynomial(function, multiplicity);
         let (value, slope) = self.unit.run(ValueAndSlope(p, s));
-        let (value, error) = match self.exact && trigger == EventKind::Impact {
-            // After a release, gap / s^3 has the error of gap / s^2: a gap that has just opened is not zero.
-            true => (value * s.powi(multiplicity.min(2) as i32), self.gap_error(function, s)),
-            false => (value, self.panel.error[function]),
+        // After a departure gap / s^m is asked, which is not zero at the start: a gap that has just opened does not close.
+        let error = match (self.exact && trigger == EventKind::Impact, multiplicity) {
+            (false, _) => self.panel.error[function],
+            (true, 0) => self.gap_error(function, s),
+            (true, 1) => GAP_ROUNDING * p[0].abs() + self.panel.curvature_error[function] * s,
+            (true, _) => self.panel.curvature_error[function],
         };
         value <= error && slope < 0.0
     }
@@ -357,19 +359,23 @@ mod tests {
         assert_eq!(root(0.0), Some((0, 0.0)));
     }
 
-    /// The third derivative of a gap opens it after a release; the fourth one closes it later.
+    /// After a bounce its speed opens a gap, after a release its third derivative; the next coefficient closes it later.
     #[test]
     fn a_gap_that_has_just_opened_is_not_zero() {
-        let mut search = PanelSearch { exact: true, ..PanelSearch::default() };
-        search.begin(std::iter::once(3));
-        search.panel.excluded = vec![false];
-        search.panel.coefficients = [vec![0.0, 0.0, 0.0, 1e-3, -2e-3], vec![0.0; ROW - 5]].concat();
-        search.panel.error = vec![1e-12];
-        search.panel.curvature_error = vec![1e-12];
-        for s in [1e-12, 1e-9, 1e-3, 0.4] {
-            assert!(!search.vanishes(0, EventKind::Impact, s), "{s}");
+        for multiplicity in 1..=3 {
+            let mut search = PanelSearch { exact: true, ..PanelSearch::default() };
+            search.begin(std::iter::once(multiplicity));
+            search.panel.excluded = vec![false];
+            let zeros = |count| vec![0.0; count];
+            let opening = [zeros(multiplicity), vec![1e-3, -2e-3], zeros(ROW - multiplicity - 2)];
+            search.panel.coefficients = opening.concat();
+            search.panel.error = vec![1e-12];
+            search.panel.curvature_error = vec![1e-12];
+            for s in [0.0, 1e-12, 1e-9, 1e-3, 0.4] {
+                assert!(!search.vanishes(0, EventKind::Impact, s), "{multiplicity}, {s}");
+            }
+            assert!(search.vanishes(0, EventKind::Impact, 0.5));
         }
-        assert!(search.vanishes(0, EventKind::Impact, 0.5));
     }
 
     /// The coefficients of a function that is excluded are those of an earlier panel.
