@@ -1,14 +1,12 @@
 //! Periodic orbits.
 
-use std::sync::Arc;
-
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyBytes;
 use stickslip_core as core;
 
-use crate::convert::{dense, integers, kinds, method_named, read_record, vector};
+use crate::convert::{dense, read_record, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::detached;
 use crate::scene::model::Scene;
@@ -38,7 +36,9 @@ impl Cycle {
     /// The orbit that a record was made of.
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
-        read_record::<Record<'_>>(record)?.cycle(py, &scene.propagators)
+        let record = read_record(record, core::cycles::orbits::CycleRecord::from_bytes)?;
+        let cycle = detached(py, || core::Cycle::from_record(&scene.propagators, &record))?;
+        Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 
     #[getter]
@@ -102,6 +102,12 @@ impl Cycle {
         steps.map(|step| (step.contact() as i64, step.kind.name())).collect()
     }
 
+    /// The contacts that close with the event at the end of every phase, where it ends a series over several contacts.
+    #[getter]
+    fn series(&self) -> Vec<Vec<usize>> {
+        self.inner.record().steps.into_iter().map(|step| step.series).collect()
+    }
+
     #[getter]
     fn is_corner(&self) -> bool {
         self.inner.orbit.corner().is_some()
@@ -140,21 +146,9 @@ impl Cycle {
         Ok(Trajectory::new(run))
     }
 
-    /// Everything but the scene, as numbers and names; `Cycle.from_record` takes it.
-    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let record = self.inner.record();
-        let kinds: Vec<&str> = record.kinds.iter().map(|kind| kind.name()).collect();
-        let dict = PyDict::new(py);
-        dict.set_item("method", record.method.name())?;
-        dict.set_item("combinations", record.combinations)?;
-        dict.set_item("states", record.states.into_pyarray(py))?;
-        dict.set_item("durations", record.durations.into_pyarray(py))?;
-        dict.set_item("contacts", integers(py, &record.contacts))?;
-        dict.set_item("kinds", kinds)?;
-        dict.set_item("series", record.series)?;
-        dict.set_item("period", record.period)?;
-        dict.set_item("residual", record.residual)?;
-        Ok(dict)
+    /// Everything but the scene, as bytes; `Cycle.from_record` takes them.
+    fn record<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.inner.record().to_bytes())
     }
 
     /// Derivative of the flow over a period, in contact coordinates.
@@ -278,40 +272,6 @@ impl Orbit {
 
     fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
         let cycle = detached(py, || core::Cycle::new(self.inner.clone()))?;
-        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
-    }
-}
-
-/// An orbit from its record.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Record<'py> {
-    method: String,
-    combinations: Vec<String>,
-    states: PyReadonlyArray1<'py, f64>,
-    durations: PyReadonlyArray1<'py, f64>,
-    contacts: Vec<i64>,
-    kinds: Vec<String>,
-    series: Vec<Vec<usize>>,
-    period: f64,
-    residual: f64,
-}
-
-impl Record<'_> {
-    fn cycle(self, py: Python<'_>, propagators: &Arc<core::Propagators>) -> PyResult<Cycle> {
-        let record = core::cycles::orbits::CycleRecord {
-            method: method_named(py, &self.method)?,
-            combinations: self.combinations,
-            states: vector(&self.states),
-            durations: vector(&self.durations),
-            // -1 is no contact.
-            contacts: self.contacts.iter().map(|&contact| contact as usize).collect(),
-            kinds: kinds(py, &self.kinds)?,
-            series: self.series,
-            period: self.period,
-            residual: self.residual,
-        };
-        let cycle = detached(py, || core::Cycle::from_record(propagators, &record))?;
         Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }

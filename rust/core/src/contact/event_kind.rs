@@ -1,10 +1,11 @@
 //! The kinds of events, and their names.
 
-use crate::error::input::Error;
+use serde::{Deserialize, Serialize};
+
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum EventKind {
     /// The slip velocity of a sliding contact reached zero.
     Velocity,
@@ -35,7 +36,7 @@ pub enum EventKind {
 pub const NO_CONTACT: usize = usize::MAX;
 
 impl EventKind {
-    /// The name that events carry in records and in Python: `slip+`.
+    /// The name that events carry in Python: `slip+`.
     pub const fn name(self) -> &'static str {
         match self {
             EventKind::Velocity => "velocity",
@@ -52,20 +53,6 @@ impl EventKind {
         }
     }
 
-    const ALL: [EventKind; 11] = [
-        EventKind::Velocity,
-        EventKind::SlipPositive,
-        EventKind::SlipNegative,
-        EventKind::Release,
-        EventKind::Impact,
-        EventKind::Accumulation,
-        EventKind::Closing,
-        EventKind::Jump,
-        EventKind::Load,
-        EventKind::Turn,
-        EventKind::Exhausted,
-    ];
-
     /// Whether a contact of this status can have such an event, and the motion goes on after it.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
@@ -77,11 +64,5 @@ impl EventKind {
             EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
             EventKind::Load | EventKind::Exhausted => false,
         }
-    }
-
-    /// The kind of that name; refuses any other name as a broken record.
-    pub fn named(name: &str) -> Result<Self, Error> {
-        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
-        found.ok_or(Error::Record { reason: "unknown kind of event" })
     }
 }
