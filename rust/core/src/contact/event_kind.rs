@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene::contact_law::Contact;
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.
@@ -63,6 +64,52 @@ impl EventKind {
             EventKind::Release => status.is_closed(),
             EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
             EventKind::Load | EventKind::Exhausted => false,
+        }
+    }
+
+    /// What the event sets at once, before forces and impulses follow.
+    pub(crate) fn sets(self, contact: &Contact) -> impl Iterator<Item = Set> {
+        let closed = Set::Place(contact.normal, contact.closed());
+        let all = match self {
+            EventKind::Velocity => {
+                [Some(Set::Speed(contact.tangential, contact.slider_speed)), None]
+            }
+            EventKind::Impact | EventKind::Closing => [Some(closed), None],
+            EventKind::Accumulation => [Some(closed), Some(Set::Speed(contact.normal, 0.0))],
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Jump
+            | EventKind::Load
+            | EventKind::Turn
+            | EventKind::Exhausted => [None, None],
+        };
+        all.into_iter().flatten()
+    }
+}
+
+/// A value of a coordinate that an event sets, whatever it was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Set {
+    /// Coordinate and place, m.
+    Place(usize, f64),
+    /// Coordinate and speed, m/s.
+    Speed(usize, f64),
+}
+
+impl Set {
+    pub const fn apply(self, q: &mut [f64], u: &mut [f64]) {
+        match self {
+            Self::Place(coordinate, place) => q[coordinate] = place,
+            Self::Speed(coordinate, speed) => u[coordinate] = speed,
+        }
+    }
+
+    /// The entry of (q, q') that is set, of n coordinates.
+    pub const fn entry(self, n: usize) -> usize {
+        match self {
+            Self::Place(coordinate, _) => coordinate,
+            Self::Speed(coordinate, _) => n + coordinate,
         }
     }
 }

@@ -17,7 +17,7 @@
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::contact::event_function::{EventFunction, ending, event_functions};
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, Set};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
 use crate::contact::transition;
@@ -116,36 +116,23 @@ impl Passage {
         before: &Combination,
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
-        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
-            return Ok(());
-        }
-        let law = &scene.contacts[self.contact];
         if self.is_joint() {
             self.strike(scene, before, state)?;
             Closing::new(scene, before, self.contact, &self.series, state)?.close(state);
             return Ok(());
         }
-        let (q, u) = state.split_at_mut(scene.size);
-        match self.trigger {
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let law = &scene.contacts[contact];
-                u[law.tangential] = law.slider_speed;
-            }),
-            EventKind::Impact => self.strike(scene, before, state)?,
-            EventKind::Accumulation => {
-                q[law.normal] = law.closed();
-                u[law.normal] = 0.0;
-            }
-            EventKind::Closing => q[law.normal] = law.closed(),
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
+        if self.trigger == EventKind::Impact {
+            return self.strike(scene, before, state);
         }
+        let (q, u) = state.split_at_mut(scene.size);
+        self.sets(scene).for_each(|set| set.apply(q, u));
         Ok(())
+    }
+
+    /// What the event sets of its contact and of the companions.
+    fn sets<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = Set> + 'a {
+        let contacts = self.own().filter_map(|contact| scene.contacts.get(contact));
+        contacts.flat_map(|contact| self.trigger.sets(contact))
     }
 
     /// The impact of the contact, in place.
@@ -156,10 +143,11 @@ impl Passage {
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
         let (q, u) = state.split_at_mut(scene.size);
-        for law in self.own().map(|contact| &scene.contacts[contact]) {
-            q[law.normal] = law.closed();
-        }
         let struck: Vec<usize> = self.own().collect();
+        let contacts = struck.iter().map(|&contact| &scene.contacts[contact]);
+        contacts
+            .flat_map(|contact| EventKind::Impact.sets(contact))
+            .for_each(|set| set.apply(q, u));
         transition::impact(scene, before.statuses(), &struck, q, u)
     }
 
@@ -238,54 +226,32 @@ impl Passage {
             return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
         let mut matrix = DMatrix::identity(2 * n, 2 * n);
-        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
-            return Ok(SparseMatrix::from_dense(&matrix));
+        // The gap is zero at an impact; the time shift does the rest.
+        for entry in self.sets(scene).map(|set| set.entry(n)) {
+            matrix[(entry, entry)] = 0.0;
         }
-        let law = &scene.contacts[self.contact];
-        let (t, g) = (n + law.tangential, n + law.normal);
-        match self.trigger {
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
-            EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let t = n + scene.contacts[contact].tangential;
-                matrix[(t, t)] = 0.0;
-            }),
-            EventKind::Accumulation => {
-                matrix[(law.normal, law.normal)] = 0.0;
-                matrix[(g, g)] = 0.0;
-            }
-            EventKind::Impact => {
-                // The gap is zero at the event; the time shift does the rest.
-                for contact in self.own() {
-                    let normal = scene.contacts[contact].normal;
-                    matrix[(normal, normal)] = 0.0;
+        if self.trigger == EventKind::Impact {
+            let law = &scene.contacts[self.contact];
+            let (t, g) = (n + law.tangential, n + law.normal);
+            match &scene.coordinates.delassus {
+                Some(w) => {
+                    let struck: Vec<usize> = self.own().collect();
+                    coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
                 }
-                match &scene.coordinates.delassus {
-                    Some(w) => {
-                        let struck: Vec<usize> = self.own().collect();
-                        coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
-                    }
-                    None => {
-                        matrix[(g, g)] = -law.restitution;
-                        if scene.impact_friction && arrived[t] == law.slider_speed {
-                            matrix[(t, t)] = 0.0;
-                        } else if scene.impact_friction {
-                            // |g'| = -g' before an impact, and the law counts at the slip velocity then.
-                            let ratio = scene.mass.get(law.normal, law.normal)
-                                / scene.mass.get(law.tangential, law.tangential);
-                            let slip = (end[t] - law.slider_speed).signum();
-                            let impulse = (1.0 + law.restitution) * ratio;
-                            let slope = scene.friction_slope(self.contact, &end[n..]);
-                            matrix[(t, t)] = 1.0 + slope * impulse * end[g];
-                            matrix[(t, g)] =
-                                slip * scene.friction_at(self.contact, &end[n..]) * impulse;
-                        }
+                None => {
+                    matrix[(g, g)] = -law.restitution;
+                    if scene.impact_friction && arrived[t] == law.slider_speed {
+                        matrix[(t, t)] = 0.0;
+                    } else if scene.impact_friction {
+                        // |g'| = -g' before an impact, and the law counts at the slip velocity then.
+                        let ratio = scene.mass.get(law.normal, law.normal)
+                            / scene.mass.get(law.tangential, law.tangential);
+                        let slip = (end[t] - law.slider_speed).signum();
+                        let impulse = (1.0 + law.restitution) * ratio;
+                        let slope = scene.friction_slope(self.contact, &end[n..]);
+                        matrix[(t, t)] = 1.0 + slope * impulse * end[g];
+                        matrix[(t, g)] =
+                            slip * scene.friction_at(self.contact, &end[n..]) * impulse;
                     }
                 }
             }
