@@ -8,7 +8,7 @@ use stickslip_core as core;
 
 use crate::convert::{dense, read_record, vector};
 use crate::errors::{named, raise};
-use crate::interrupt::detached;
+use crate::interrupt::{detached, heard, listening};
 use crate::scene::model::Scene;
 use crate::trajectory::Trajectory;
 
@@ -26,6 +26,17 @@ pub fn failed(py: Python<'_>, failure: &core::cycles::orbits::OrbitFailure) -> P
         }
         _ => named(py, "OrbitError", &failure.to_string()),
     }
+}
+
+/// What `work` returns, which asks whether Ctrl-C or another signal has ended it; then what its handler raised.
+fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&dyn Fn() -> bool) -> Result<T, core::cycles::orbits::OrbitFailure> + Send,
+) -> PyResult<T> {
+    let cancel = listening();
+    let found = detached(py, || work(&|| cancel.is_requested()))?;
+    heard()?;
+    found.map_err(|failure| failed(py, &failure))
 }
 
 type Real<'py> = Bound<'py, PyArray1<f64>>;
@@ -166,8 +177,7 @@ impl Cycle {
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         use numpy::PyArrayMethods;
         let orbit = &self.inner.orbit;
-        let harmonics =
-            detached(py, || orbit.harmonics(count))?.map_err(|error| raise(py, &error))?;
+        let harmonics = interruptible(py, |is_over| orbit.harmonics(count, is_over))?;
         let columns = harmonics.displacement.len() / (count + 1);
         harmonics.displacement.into_pyarray(py).reshape([count + 1, columns])
     }
@@ -176,7 +186,7 @@ impl Cycle {
     /// end no phase.
     fn margins(&self, py: Python<'_>) -> PyResult<Vec<Margin>> {
         let orbit = &self.inner.orbit;
-        let margins = detached(py, || orbit.margins())?.map_err(|error| raise(py, &error))?;
+        let margins = interruptible(py, |is_over| orbit.margins(is_over))?;
         Ok(margins
             .iter()
             .map(|m| (m.step, m.contact, m.kind.name(), m.value, m.time, m.interior))
@@ -194,10 +204,11 @@ impl Cycle {
 
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
-        let cycle = detached(py, || {
-            self.inner.orbit.continued(&scene.propagators).and_then(core::Cycle::new)
+        let inner = interruptible(py, |is_over| {
+            let orbit = self.inner.orbit.continued(&scene.propagators, is_over)?;
+            core::Cycle::new(orbit, is_over)
         })?;
-        Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
+        Ok(Self { inner })
     }
 }
 
@@ -271,8 +282,9 @@ impl Orbit {
     }
 
     fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
-        let cycle = detached(py, || core::Cycle::new(self.inner.clone()))?;
-        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
+        let orbit = self.inner.clone();
+        let inner = interruptible(py, |is_over| core::Cycle::new(orbit, is_over))?;
+        Ok(Cycle { inner })
     }
 }
 

@@ -31,6 +31,11 @@ pub fn listening() -> Cancel {
     })
 }
 
+/// The exception of a signal handler that stopped work under a token of `listening`.
+pub fn heard() -> PyResult<()> {
+    RAISED.take().map_or(Ok(()), Err)
+}
+
 /// The exception of a signal handler that stopped work under a token of `listening`. After Ctrl-C there is none: the
 /// work returns what it has.
 pub fn raised(py: Python<'_>) -> PyResult<()> {

@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use stickslip_core::contact::EventKind;
-use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::cycles::orbits::{CycleRecord, OrbitFailure};
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::Mass;
 use stickslip_core::transient::{Accumulation, Event, Grazing, MotionRecord, TrajectoryRecord};
 use stickslip_core::{
-    Attractor, Combination, ContactInput, Cycle, Direction, Error, Method, Propagators, RunFailure,
+    Combination, ContactInput, Cycle, Direction, Error, Method, Propagators, RunFailure,
     SceneInput, StopReason, Trajectory,
 };
 
-use crate::models::{belt, block, contact, propagators, run, state};
+use crate::models::{belt, block, contact, cycle, propagators, run, state};
 
 type Recorded = (Arc<Propagators>, TrajectoryRecord);
 
@@ -48,12 +47,8 @@ fn parts() -> Recorded {
 
 fn orbit() -> (Arc<Propagators>, Cycle) {
     let scene = propagators(block(belt()));
-    let search =
-        Search { stretch: 60.0, limit: 120.0, method: Method::Auto, cancel: None, deadline: None };
-    let start = state(&[0.2, 0.0], &[0.1, 0.0], "s");
-    let (found, _) = settle(&scene, &start, search).expect("a well-posed start");
-    let Attractor::Cycle(found) = found else { panic!("no cycle") };
-    (scene, found.cycle)
+    let cycle = cycle(&scene, &state(&[0.2, 0.0], &[0.1, 0.0], "s"), 60.0, Method::Auto);
+    (scene, cycle)
 }
 
 fn combination(letters: &str) -> Combination {

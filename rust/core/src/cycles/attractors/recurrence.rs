@@ -167,7 +167,7 @@ pub(super) fn judged(
     if search.is_over() || !follows(&orbit, search.controls()) {
         return None;
     }
-    let cycle = Cycle::new(orbit).ok()?;
+    let cycle = Cycle::new(orbit, &|| search.is_over()).ok()?;
     let stable = cycle.stability == Stability::Stable;
     let rate = cycle.multipliers.largest();
     let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));

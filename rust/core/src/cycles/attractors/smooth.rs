@@ -12,7 +12,6 @@ use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step};
-use crate::motion::method::Method;
 use crate::numerics::bracket::Bracket;
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
@@ -144,12 +143,12 @@ pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<
 
 /// The cycle that Newton's method finds from the end of a run, stable or not. The guess is the motion from the last earlier
 /// event that is like the last one to the last one, or between the last two turns of a run that ends without events.
-pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFailure> {
-    let search = Search { stretch: 0.0, limit: 0.0, method, cancel: None, deadline: None };
+pub fn closed(run: &Trajectory, search: Search<'_>) -> Result<Option<Cycle>, OrbitFailure> {
+    let is_over = || search.is_over();
     let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, search));
     if let Some(turns) = smooth.filter(|turns| turns.found.len() > 1) {
         let last = turns.found.len() - 1;
-        return Cycle::new(turns.orbit([last - 1, last])?).map(Some);
+        return Cycle::new(turns.orbit([last - 1, last])?, &is_over).map(Some);
     }
     let labels = labels(run);
     let sequence = condensed(&labels);
@@ -159,6 +158,6 @@ pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFa
     let Some(steps) = steps(run, search, &labels, before.phase..last.phase) else {
         return Ok(None);
     };
-    Cycle::new(Orbit::solve(&run.propagators, search.method, steps, 0, &|| search.is_over())?)
-        .map(Some)
+    let orbit = Orbit::solve(&run.propagators, search.method, steps, 0, &is_over)?;
+    Cycle::new(orbit, &is_over).map(Some)
 }

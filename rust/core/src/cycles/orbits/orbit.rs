@@ -90,12 +90,17 @@ pub enum OrbitFailure {
     /// Newton's method shrank the guess to a state that does not move.
     #[error("the orbit shrank to a steady state")]
     Vanished,
-    /// The search ended before the orbit was found: interrupted, or its time was over.
-    #[error("the search for the orbit was stopped")]
+    /// A computation ended before its result was there: interrupted, or its time was over.
+    #[error("the computation of the orbit was stopped")]
     Stopped,
     /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),
+}
+
+/// A failure as soon as a computation is over, interrupted or late.
+pub(crate) fn go_on(is_over: &dyn Fn() -> bool) -> Result<(), OrbitFailure> {
+    if is_over() { Err(OrbitFailure::Stopped) } else { Ok(()) }
 }
 
 impl From<Error> for OrbitFailure {

@@ -144,13 +144,14 @@ impl Cycle {
             return Err(refused("a period that does not fit the loads of the scene").into());
         }
         let steps = (0..record.steps.len()).map(|k| record.step(scene, k, load_periods));
-        Self::new(Orbit {
+        let orbit = Orbit {
             propagators: Arc::clone(propagators),
             method: record.method,
             steps: steps.collect::<Result<_, Error>>()?,
             period: record.period,
             load_periods,
             residual: record.residual,
-        })
+        };
+        Self::new(orbit, &|| false)
     }
 }
