@@ -9,7 +9,7 @@ use stickslip_core as core;
 use crate::convert::method_named;
 use crate::cycle::{Cycle, failed};
 use crate::errors::raise;
-use crate::interrupt::{detached, heard, listening, raised, until_interrupted};
+use crate::interrupt::{computed, detached, heard, listening, raised, until_interrupted};
 use crate::scene::model::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
@@ -98,8 +98,7 @@ pub fn settle_all(
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let scene: &Scene = scene;
         let state = scene.start(py, position, velocity, combination)?;
-        detached(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?
-            .map_err(|error| raise(py, &error))?;
+        computed(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?;
         cases.push((scene.propagators.clone(), state));
     }
     let (found, exception) = py.detach(|| {

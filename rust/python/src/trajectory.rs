@@ -7,8 +7,7 @@ use pyo3::types::{PyBytes, PyDict};
 use stickslip_core as core;
 
 use crate::convert::{matrix, method_named, read_record, stops_at_grazing, vector};
-use crate::errors::raise;
-use crate::interrupt::{detached, listening, raised};
+use crate::interrupt::{computed, detached, listening, raised};
 use crate::scene::model::{Scene, StatusInput};
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -61,8 +60,7 @@ impl Trajectory {
             ..core::Controls::default()
         };
         let propagators = &scene.propagators;
-        let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
-            .map_err(|error| raise(py, &error))?;
+        let run = computed(py, || core::simulate(propagators, &start, duration, method, controls))?;
         raised(py)?;
         Ok(Self::new(run))
     }
@@ -71,8 +69,7 @@ impl Trajectory {
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
         let record = read_record(record, core::transient::TrajectoryRecord::from_bytes)?;
-        let inner = detached(py, || core::Trajectory::from_record(&scene.propagators, record))?
-            .map_err(|error| raise(py, &error))?;
+        let inner = computed(py, || core::Trajectory::from_record(&scene.propagators, record))?;
         Ok(Self::new(inner))
     }
 
@@ -153,7 +150,7 @@ impl Trajectory {
     }
 
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
-        let state = detached(py, || self.inner.state(time))?.map_err(|error| raise(py, &error))?;
+        let state = computed(py, || self.inner.state(time))?;
         Ok((
             state.position.into_pyarray(py),
             state.velocity.into_pyarray(py),
@@ -182,8 +179,7 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Sample<'py>> {
         let times = vector(&times);
-        let sample =
-            detached(py, || self.inner.sample(&times))?.map_err(|error| raise(py, &error))?;
+        let sample = computed(py, || self.inner.sample(&times))?;
         let (rows, dofs, contacts) = (times.len(), self.inner.dofs(), self.inner.contact_count());
         let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
         Ok((
@@ -201,8 +197,7 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Vec<ModalRun<'py>>> {
         let times = vector(&times);
-        let runs = detached(py, || self.inner.modal_coordinates(&times))?
-            .map_err(|error| raise(py, &error))?;
+        let runs = computed(py, || self.inner.modal_coordinates(&times))?;
         runs.into_iter()
             .map(|run| {
                 let rows = run.indices.len();
