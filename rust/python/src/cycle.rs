@@ -8,7 +8,7 @@ use stickslip_core as core;
 
 use crate::convert::{dense, read_record, vector};
 use crate::errors::{named, raise};
-use crate::interrupt::{detached, heard, listening};
+use crate::interrupt::{computed, detached, heard, listening};
 use crate::scene::model::Scene;
 use crate::trajectory::Trajectory;
 
@@ -48,7 +48,7 @@ impl Cycle {
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
         let record = read_record(record, core::cycles::orbits::CycleRecord::from_bytes)?;
-        let cycle = detached(py, || core::Cycle::from_record(&scene.propagators, &record))?;
+        let cycle = detached(py, || core::Cycle::from_record(&scene.propagators, record))?;
         Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 
@@ -116,7 +116,7 @@ impl Cycle {
     /// The contacts that close with the event at the end of every phase, where it ends a series over several contacts.
     #[getter]
     fn series(&self) -> Vec<Vec<usize>> {
-        self.inner.record().steps.into_iter().map(|step| step.series).collect()
+        self.inner.orbit.steps.iter().map(|step| step.series().to_vec()).collect()
     }
 
     #[getter]
@@ -152,8 +152,7 @@ impl Cycle {
     }
 
     fn trajectory(&self, py: Python<'_>) -> PyResult<Trajectory> {
-        let run =
-            detached(py, || self.inner.orbit.trajectory())?.map_err(|error| raise(py, &error))?;
+        let run = computed(py, || self.inner.orbit.trajectory())?;
         Ok(Trajectory::new(run))
     }
 

@@ -15,6 +15,7 @@
 //! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::event_function::{EventFunction, ending, event_functions};
 use crate::contact::event_kind::{EventKind, Set};
@@ -31,14 +32,17 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// The event that ends a phase: its contact and its kind.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Passage {
     pub contact: usize,
     pub trigger: EventKind,
+    /// It follows from the scene, like the companions.
+    #[serde(skip)]
     event: EventValue,
     /// The contacts that close for good with the impact of `contact`; empty unless it ends a series over several contacts.
     pub series: Vec<usize>,
     /// The contacts whose directions depend on those of `contact` so that the same event happens to them at the same instant.
+    #[serde(skip)]
     pub companions: Vec<usize>,
 }
 
@@ -313,4 +317,92 @@ fn companions(
         functions.iter().filter(|other| same(other)).map(|other| other.contact).collect();
     found.dedup();
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    fn scene(mass: Mass, impact_friction: bool) -> Scene {
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
+            friction: 0.5,
+            static_friction: 0.7,
+            slider_speed: 0.1,
+            restitution: 0.3,
+            gap: 0.2,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass,
+            stiffness: SparseMatrix::diagonal(&[3.0, 5.0]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0, -2.0],
+            contacts: vec![contact],
+            impact_friction,
+            loads: Default::default(),
+        };
+        Scene::new(input).expect("well-posed")
+    }
+
+    /// Jumps are piecewise linear, so that differences have rounding alone.
+    #[test]
+    fn the_matrix_of_a_jump_is_its_derivative() {
+        const STEP: f64 = 1e-4;
+        let coupled = Mass::Full(DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.5]));
+        let lumped = Mass::Lumped(vec![1.0, 1.5]);
+        for (mass, impact_friction) in [(lumped.clone(), false), (lumped, true), (coupled, true)] {
+            let scene = scene(mass, impact_friction);
+            let law = &scene.contacts[0];
+            for (kind, letter, [slip, approach]) in [
+                (EventKind::Velocity, "-", [0.0, 0.0]),
+                (EventKind::Release, "+", [-0.4, 0.0]),
+                (EventKind::SlipPositive, "s", [0.0, 0.0]),
+                (EventKind::SlipNegative, "s", [0.0, 0.0]),
+                (EventKind::Impact, "d", [0.6, -0.4]),
+                (EventKind::Impact, "d", [-0.6, -0.4]),
+                (EventKind::Impact, "d", [0.01, -0.4]),
+                (EventKind::Accumulation, "d", [0.6, -0.4]),
+            ] {
+                if kind == EventKind::Accumulation && scene.contacts_coupled() {
+                    continue;
+                }
+                let combination = Combination::parse(letter, 1).expect("a letter");
+                let passage = Passage::new(&scene, &combination, 0, kind);
+                let jumped = |mut state: Vec<f64>| {
+                    passage.jump(&scene, &combination, &mut state).expect("a jump");
+                    state
+                };
+                let mut end = vec![0.3; 4];
+                end[law.normal] = law.closed();
+                end[2 + law.tangential] = law.slider_speed + slip;
+                end[2 + law.normal] = approach;
+                let arrived = jumped(end.clone());
+                let matrix = passage.jump_matrix(&scene, &combination, &end, &arrived);
+                let matrix = matrix.expect("a jump").to_dense();
+                for column in 0..4 {
+                    let moved = |step: f64| {
+                        let mut state = end.clone();
+                        state[column] += step;
+                        jumped(state)
+                    };
+                    let (above, below) = (moved(STEP), moved(-STEP));
+                    for row in 0..4 {
+                        let slope = (above[row] - below[row]) / (2.0 * STEP);
+                        let error = (slope - matrix[(row, column)]).abs();
+                        // Rounding of states of size 1 over the step.
+                        assert!(
+                            error <= 16.0 * f64::EPSILON / STEP,
+                            "{kind:?} {row} {column}: {error:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

@@ -13,4 +13,4 @@ pub use cycle::{Cycle, Extremes, Margin, Stability};
 pub use floquet::Multipliers;
 pub use harmonics::Harmonics;
 pub use orbit::{Orbit, OrbitFailure, Step};
-pub use record::{CycleRecord, StepRecord};
+pub use record::CycleRecord;

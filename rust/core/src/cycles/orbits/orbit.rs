@@ -15,6 +15,8 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Passage;
@@ -33,7 +35,7 @@ pub(crate) const INSTANT: f64 = 1e-11;
 const PARTS: usize = 5;
 
 /// One phase of a cycle and the event that ends it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Step {
     /// Status of every contact during the phase.
     pub combination: Combination,
@@ -50,6 +52,11 @@ impl Step {
     /// The contact of the event that ends the phase; none if the period of the loads ends it.
     pub const fn contact(&self) -> usize {
         self.passage.contact
+    }
+
+    /// The contacts that close with that event, where it ends a series over several contacts; else none.
+    pub fn series(&self) -> &[usize] {
+        &self.passage.series
     }
 
     /// The events that end it, by contact: one, or those of all contacts that close jointly.

@@ -1,6 +1,4 @@
 //! Orbits as plain numbers, from which, with the scene, they are restored to the last bit.
-//!
-//! Passages follow from the scene and are computed again.
 
 use std::sync::Arc;
 
@@ -14,37 +12,17 @@ use crate::error::input::{Error, refused};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
-use crate::scene::status::{Combination, Status};
 use crate::transient::trajectory::record_format::{decoded, encoded};
 
 /// A [`Cycle`] without its scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleRecord {
-    /// How the phases are propagated.
-    pub method: Method,
-    /// The phases, in order of time.
-    pub steps: Vec<StepRecord>,
+    method: Method,
+    steps: Vec<Step>,
     /// Duration of one period, s.
-    pub period: f64,
+    period: f64,
     /// Largest mismatch between phases, relative to the range of the orbit, -.
-    pub residual: f64,
-}
-
-/// One phase of an orbit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StepRecord {
-    /// Its combination.
-    pub combination: Combination,
-    /// (q, q') at its start, contact coordinates.
-    pub state: Vec<f64>,
-    /// s
-    pub duration: f64,
-    /// The contact of the event that ends it.
-    pub contact: usize,
-    /// The kind of that event.
-    pub kind: EventKind,
-    /// The contacts that close with it, where it ends a series of impacts over several contacts; else empty.
-    pub series: Vec<usize>,
+    residual: f64,
 }
 
 impl CycleRecord {
@@ -59,17 +37,14 @@ impl CycleRecord {
     }
 
     /// Refuses a record that no orbit of the scene can have.
-    fn check(&self, scene: &Scene) -> Result<(), Error> {
+    fn check(&self, scene: &Scene, load_periods: usize) -> Result<(), Error> {
         let contacts = scene.contacts.len();
         let whole: f64 = self.steps.iter().map(|step| step.duration).sum();
         let rounding = self.steps.len() as f64 * f64::EPSILON * self.period;
-        let fits = |step: &StepRecord| {
+        let fits = |step: &Step| {
             step.state.len() == 2 * scene.size
                 && step.state.iter().chain([&step.duration]).all(|x| x.is_finite())
                 && step.duration >= -INSTANT * self.period
-                && step.series.iter().all(|&contact| contact < contacts)
-                && (step.contact < contacts
-                    || (step.contact, step.kind) == (NO_CONTACT, EventKind::Load))
         };
         // The period is the same sum in another order.
         if !(self.period > 0.0 && (self.period - whole).abs() <= rounding && self.residual >= 0.0)
@@ -77,35 +52,30 @@ impl CycleRecord {
         {
             return Err(refused("phases that do not fit each other or the scene"));
         }
-        Ok(())
-    }
-
-    /// The step of that number of the orbit.
-    fn step(&self, scene: &Scene, k: usize, load_periods: usize) -> Result<Step, Error> {
-        let count = self.steps.len();
-        let StepRecord { combination, state, duration, contact, kind, series } =
-            self.steps[k].clone();
-        scene.check_combination(&combination)?;
-        let is_joint = !series.is_empty();
-        let ends = match contact {
-            NO_CONTACT => load_periods > 0 && k + 1 == count,
-            contact => kind.can_end(combination.statuses()[contact]),
-        };
-        if !ends || is_joint && !(kind == EventKind::Accumulation && scene.contacts_coupled()) {
-            return Err(refused("events that do not fit the phases they end"));
+        let last = self.steps.len() - 1;
+        for (k, Step { combination, passage, kind, .. }) in self.steps.iter().enumerate() {
+            scene.check_combination(combination)?;
+            let Passage { contact, trigger, series, .. } = passage;
+            let ends = match *contact {
+                NO_CONTACT => *kind == EventKind::Load && load_periods > 0 && k == last,
+                contact => contact < contacts && kind.can_end(combination.statuses()[contact]),
+            };
+            let triggered = match kind {
+                EventKind::Jump => {
+                    matches!(trigger, EventKind::SlipPositive | EventKind::SlipNegative)
+                }
+                kind => kind == trigger,
+            };
+            let joins = *kind == EventKind::Accumulation && scene.contacts_coupled();
+            let joint = series.is_empty() || joins && series.iter().all(|&one| one < contacts);
+            if !(ends && triggered && joint) {
+                return Err(refused("events that do not fit the phases they end"));
+            }
         }
-        let after = self.steps[(k + 1) % count].combination.statuses();
-        let trigger = match (kind, after.get(contact)) {
-            (EventKind::Jump, Some(Status::Positive)) => EventKind::SlipPositive,
-            (EventKind::Jump, Some(Status::Negative)) => EventKind::SlipNegative,
-            (EventKind::Jump, _) => return Err(refused("a jump that does not slide")),
-            (kind, _) => kind,
-        };
-        let passage = match is_joint {
-            true => Passage::joint(scene, &combination, contact, series),
-            false => Passage::new(scene, &combination, contact, trigger),
-        };
-        Ok(Step { combination, state, duration, passage, kind })
+        if (self.steps[last].kind == EventKind::Load) != (load_periods > 0) {
+            return Err(refused("a period that does not fit the loads of the scene"));
+        }
+        Ok(())
     }
 }
 
@@ -113,45 +83,103 @@ impl Cycle {
     /// What [`Cycle::from_record`] takes.
     pub fn record(&self) -> CycleRecord {
         let Orbit { method, period, residual, .. } = self.orbit;
-        let record = |step: &Step| StepRecord {
-            combination: step.combination.clone(),
-            state: step.state.clone(),
-            duration: step.duration,
-            contact: step.passage.contact,
-            kind: step.kind,
-            series: step.passage.series.clone(),
-        };
-        CycleRecord {
-            method,
-            steps: self.orbit.steps.iter().map(record).collect(),
-            period,
-            residual,
-        }
+        CycleRecord { method, steps: self.orbit.steps.clone(), period, residual }
     }
 
     /// The orbit that a record was made of, in the same scene.
     pub fn from_record(
         propagators: &Arc<Propagators>,
-        record: &CycleRecord,
+        record: CycleRecord,
     ) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
-        record.check(scene)?;
         let load_periods = scene
             .load_period()?
             .map_or(0, |period| (record.period / period).round().max(1.0) as usize);
-        let ends = record.steps.last().is_some_and(|step| step.kind == EventKind::Load);
-        if ends != (load_periods > 0) {
-            return Err(refused("a period that does not fit the loads of the scene").into());
-        }
-        let steps = (0..record.steps.len()).map(|k| record.step(scene, k, load_periods));
-        let orbit = Orbit {
-            propagators: Arc::clone(propagators),
-            method: record.method,
-            steps: steps.collect::<Result<_, Error>>()?,
-            period: record.period,
-            load_periods,
-            residual: record.residual,
-        };
+        record.check(scene, load_periods)?;
+        let CycleRecord { method, steps, period, residual } = record;
+        let propagators = Arc::clone(propagators);
+        let mut orbit = Orbit { propagators, method, steps, period, load_periods, residual };
+        // The derivatives of passages follow from the scene.
+        orbit.transfer();
         Self::new(orbit, &|| false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cycles::attractors::{Attractor, Search, settle};
+    use crate::error::run::RunFailure;
+    use crate::scene::status::{Combination, Status};
+    use crate::transient::batch::tests::{job, oscillator};
+
+    #[test]
+    fn damaged_orbits_are_refused() {
+        let scene = oscillator(20.0);
+        let start = job(&scene).start.expect("given");
+        let propagators = Arc::new(Propagators::new(scene));
+        let search =
+            Search { stretch: 1.0, limit: 9.0, method: Method::Auto, cancel: None, deadline: None };
+        let (found, _) = settle(&propagators, &start, search).expect("a well-posed start");
+        let Attractor::Cycle(found) = found else { panic!("no cycle") };
+        let whole = found.cycle.record();
+        assert!(whole.steps.len() > 1);
+        let again = CycleRecord::from_bytes(&whole.to_bytes()).expect("undamaged bytes");
+        let again = Cycle::from_record(&propagators, again).expect("an undamaged record");
+        assert_eq!(again.record().to_bytes(), whole.to_bytes());
+        assert_eq!(again.multipliers.values, found.cycle.multipliers.values);
+        type Damage = fn(&mut CycleRecord);
+        let damages: Vec<(&str, Damage)> = vec![
+            ("no phase", |r| r.steps.clear()),
+            ("a state cut short", |r| r.steps[0].state.truncate(3)),
+            ("a state that is no number", |r| r.steps[0].state[0] = f64::NAN),
+            ("a negative duration", |r| {
+                r.steps[0].duration = -1.0;
+                r.period = r.steps.iter().map(|step| step.duration).sum();
+            }),
+            ("a duration that is no number", |r| r.steps[0].duration = f64::NAN),
+            ("a period that is not their sum", |r| r.period += 1e-3),
+            ("a period that is no number", |r| r.period = f64::NAN),
+            ("no period", |r| {
+                r.period = 0.0;
+                r.steps.iter_mut().for_each(|step| step.duration = 0.0);
+            }),
+            ("a residual that is no number", |r| r.residual = f64::NAN),
+            ("an unknown contact", |r| r.steps[0].passage.contact = 1),
+            ("an end without a contact", |r| r.steps[0].passage.contact = NO_CONTACT),
+            ("a series of an unknown contact", |r| r.steps[0].passage.series = vec![3]),
+            ("a series that closes alone", |r| r.steps[0].passage.series = vec![0]),
+            ("another kind than what triggers it", |r| {
+                r.steps[0].passage.trigger = EventKind::Release;
+            }),
+            ("an event that its status can not have", |r| {
+                (r.steps[0].kind, r.steps[0].passage.trigger) =
+                    (EventKind::Impact, EventKind::Impact);
+            }),
+            ("a jump that does not slide", |r| {
+                let slips = r.steps.iter_mut().find(|step| step.kind != EventKind::Velocity);
+                let step = slips.expect("a phase that sticks");
+                (step.kind, step.passage.trigger) = (EventKind::Jump, EventKind::Jump);
+            }),
+            ("an event that ends every motion", |r| {
+                (r.steps[0].kind, r.steps[0].passage.trigger) =
+                    (EventKind::Exhausted, EventKind::Exhausted);
+            }),
+            ("a combination of two contacts", |r| {
+                r.steps[0].combination = Combination::new(vec![Status::Sticking; 2]);
+            }),
+        ];
+        for (what, damage) in damages {
+            let mut record = whole.clone();
+            damage(&mut record);
+            let found = Cycle::from_record(&propagators, record);
+            let told = matches!(
+                found,
+                Err(OrbitFailure::Failed(RunFailure::Input(
+                    Error::Record { .. } | Error::Combination { .. }
+                )))
+            );
+            assert!(told, "{what}: {:?}", found.map(|cycle| cycle.orbit.period));
+        }
     }
 }
