@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from scipy.linalg import block_diag
 
 import stickslip as ss
-from stickslip import _core
 
 
 @cache
@@ -215,37 +214,6 @@ def test_motions_that_stopped_early_survive():
     start = examples()["State"]
     stopped = ss.simulate(scene, start, 10.0, max_events=5)
     assert pickle.loads(pickle.dumps(stopped)).stop_reason == "max_events"
-    # Painleve: no status is consistent.
-    reason = examples()["Trajectory"].core.record() | {"stop": ("failed", "no status is consistent", None)}
-    failed = _core.Trajectory.from_record(scene.core, reason)
-    assert (failed.stop_reason, failed.stop_message) == ("failed", "no status is consistent")
-    chattering = _core.Trajectory.from_record(scene.core, reason | {"stop": ("chattering", "", 1)})
-    assert chattering.stop_message == "contact 1 changes status without end at one instant"
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"states": np.zeros(3)},
-        {"phase_basis": []},
-        {"phase_basis": [99] * 313},
-        {"bases": [("+", ["auto"])]},
-        {"bases": [("++", ["auto", "taylor"])] * 5},
-        {"event_contact": [7] * 312},
-        {"event_kind": ["bang"] * 312},
-        {"event_phase": [5000] * 312},
-        {"stop": ("bored", "", None)},
-        {"stop": ("chattering", "", None)},
-    ],
-)
-def test_a_damaged_record_is_refused(change):
-    run = examples()["Trajectory"]
-    assert len(run.events) == 312
-    with pytest.raises(ss.InputError, match=r"record|combination"):
-        _core.Trajectory.from_record(run.scene.core, run.core.record() | change)
-    whole = examples()["Cycle"].core.record()
-    with pytest.raises(ss.InputError, match="record"):
-        _core.Cycle.from_record(run.scene.core, whole | {"states": whole["states"][1:]})
 
 
 class Tables(HTMLParser):

@@ -232,7 +232,7 @@ class Trajectory:
         on_grazing: Literal["keep", "stop"],
     ) -> Trajectory: ...
     @staticmethod
-    def from_record(scene: Scene, record: dict[str, Any]) -> Trajectory: ...
+    def from_record(scene: Scene, record: bytes) -> Trajectory: ...
     event_count: int
     event_time: _Real
     event_contact: _Index
@@ -254,7 +254,7 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: _Real) -> list[tuple[str, _Index, _Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
-    def record(self) -> dict[str, Any]: ...  # what `from_record` takes
+    def record(self) -> bytes: ...  # what `from_record` takes
 
 @final
 class Works:
@@ -290,7 +290,7 @@ class Cycle:
     """`K` phases, `d` dimension of the admissible space at the section."""
 
     @staticmethod
-    def from_record(scene: Scene, record: dict[str, Any]) -> Cycle: ...
+    def from_record(scene: Scene, record: bytes) -> Cycle: ...
     period: float
     residual: float  # largest mismatch between phases, relative
     load_periods: int  # 0 without loads that oscillate
@@ -302,6 +302,7 @@ class Cycle:
     dimensions: list[int]  # (K,) of the admissible spaces
     losses: list[int]  # (K,) directions that the event at the end of each phase forgets
     events: list[tuple[int, str]]  # (K,) contact and kind
+    series: list[list[int]]  # (K,) contacts that close with the event, where it ends a series over several
     is_corner: bool
     is_stable: bool | None
     stability: str
@@ -309,7 +310,7 @@ class Cycle:
     minimum: _Real  # (n,)
     maximum: _Real  # (n,)
     def trajectory(self) -> Trajectory: ...
-    def record(self) -> dict[str, Any]: ...  # what `from_record` takes
+    def record(self) -> bytes: ...  # what `from_record` takes
     def monodromy(self) -> _Real: ...  # (2n, 2n), contact coordinates
     def harmonics(self, count: int) -> _Complex: ...  # (count + 1, n)
     # phase, contact, kind, lowest value, time, whether it is a local minimum

@@ -38,6 +38,13 @@ SEARCH = """
         moving = scene.replace(friction=0.21)
         ss.simulate(moving, start(moving), 1.0).limit_cycle(1e6)
 
+    def harmonics():
+        published = ss.models.two_subsystems(friction=1.5)
+        disturbed = ss.sliding_equilibrium(published).perturbed(velocity={"x1": 1e-3})
+        found = ss.simulate(published, disturbed, 0.2).limit_cycle()
+        while True:
+            found.harmonics(2_000_000)
+
     search = eval(sys.argv[1])
     interrupt = Interrupt(after=1.5)
     try:
@@ -56,6 +63,7 @@ SEARCH = """
         ("lambda: diagram(False)", ("(friction: 2,", "'equilibrium' 'equilibrium'")),
         ("basins", ("array([[ 0,  1],", "-2]])")),
         ("cycle", ("Trajectory(", "stopped by interrupted")),
+        ("harmonics", ("None",)),
     ],
 )
 def test_an_interrupt_is_heard_at_once_and_what_is_done_is_kept(search, kept):

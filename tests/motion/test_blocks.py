@@ -11,7 +11,6 @@ from scipy.linalg import block_diag
 
 import stickslip as ss
 from identical import assert_identical
-from stickslip import _core
 
 DURATION = 0.2
 #: kg, N/m: an oscillator that touches nothing.
@@ -132,27 +131,6 @@ def test_the_whole_comes_back_from_its_record_to_the_last_bit(parts, limits):
     )
     assert run.stop_reason == next(iter(limits), "duration")
     assert_identical(pickle.loads(pickle.dumps(run)), run)
-
-
-def test_a_damaged_record_of_parts_is_refused(parts):
-    whole, starts = parts
-    scene = whole.scene
-    record = ss.simulate(scene, whole.start(*starts), DURATION).core.record()
-    first, *others = record["parts"]
-    counters = [record["counters"][0] + 1, *record["counters"][1:]]
-    damaged = [
-        {"parts": others},
-        {"parts": [*others, first]},
-        {"parts": [record, *others]},
-        {"parts": [first | {"phase_start": first["phase_start"][1:]}, *others]},
-        {"end": 2.0 * DURATION},
-        {"end": np.nan},
-        {"counters": counters},
-        {"stop": ("chattering", "", 4)},
-    ]
-    for change in damaged:
-        with pytest.raises(ss.StickslipError):
-            _core.Trajectory.from_record(scene.core, record | change)
 
 
 def test_each_part_keeps_the_states_of_its_own_events(parts):

@@ -433,5 +433,5 @@ class Cycle(Shown):
         return _restored, (self.scene, self.core.record())
 
 
-def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
+def _restored(scene: Scene, record: bytes) -> Cycle:
     return Cycle(scene, _core.Cycle.from_record(scene.core, record))

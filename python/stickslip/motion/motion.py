@@ -391,5 +391,5 @@ def undetermined_facts(motion: Motion) -> list[tuple[str, str]]:
     return [("forces not determined", "of contacts in " + "; ".join(listed))] if listed else []
 
 
-def _restored(kind: type[Motion], scene: Scene, start: State, record: dict[str, Any]) -> Motion:
+def _restored(kind: type[Motion], scene: Scene, start: State, record: bytes) -> Motion:
     return kind(scene, start, _core.Trajectory.from_record(scene.core, record))

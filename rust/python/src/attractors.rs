@@ -9,7 +9,7 @@ use stickslip_core as core;
 use crate::convert::method_named;
 use crate::cycle::{Cycle, failed};
 use crate::errors::raise;
-use crate::interrupt::{detached, listening, raised, until_interrupted};
+use crate::interrupt::{computed, detached, heard, listening, raised, until_interrupted};
 use crate::scene::model::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
@@ -69,8 +69,16 @@ pub fn attractor(
 /// The cycle that Newton's method finds from the end of a run, stable or not; None where nothing of it comes back.
 #[pyfunction]
 pub fn closed(py: Python<'_>, trajectory: &Trajectory, method: &str) -> PyResult<Option<Cycle>> {
-    let (run, method) = (trajectory.core(), method_named(py, method)?);
-    let found = detached(py, || core::cycles::attractors::closed(run, method))?;
+    let (run, method, cancel) = (trajectory.core(), method_named(py, method)?, listening());
+    let search = core::cycles::attractors::Search {
+        stretch: 0.0,
+        limit: 0.0,
+        method,
+        cancel: Some(&cancel),
+        deadline: None,
+    };
+    let found = detached(py, || core::cycles::attractors::closed(run, search))?;
+    heard()?;
     let cycle = found.map_err(|failure| failed(py, &failure))?;
     Ok(cycle.map(|inner| Cycle { inner }))
 }
@@ -90,8 +98,7 @@ pub fn settle_all(
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let scene: &Scene = scene;
         let state = scene.start(py, position, velocity, combination)?;
-        detached(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?
-            .map_err(|error| raise(py, &error))?;
+        computed(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?;
         cases.push((scene.propagators.clone(), state));
     }
     let (found, exception) = py.detach(|| {

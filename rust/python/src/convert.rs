@@ -5,7 +5,7 @@ use numpy::ndarray::{ArrayView, Dimension};
 use numpy::npyffi::NPY_ORDER;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use stickslip_core::contact::EventKind;
+use pyo3::types::PyBytes;
 use stickslip_core::linalg::{DMatrix, SparseMatrix};
 use stickslip_core::{Error, Method};
 
@@ -104,15 +104,16 @@ pub fn columns<'py>(
     entries.into_pyarray(py).reshape_with_order([rows, columns], NPY_ORDER::NPY_FORTRANORDER)
 }
 
-/// A record whose entries are missing or of another type is ill-posed input.
-pub fn read_record<'a, 'py, T>(record: &'a Bound<'py, PyAny>) -> PyResult<T>
-where
-    T: FromPyObject<'a, 'py, Error = PyErr>,
-{
+/// A record from its bytes; anything else is ill-posed input.
+pub fn read_record<T>(
+    record: &Bound<'_, PyAny>,
+    read: impl FnOnce(&[u8]) -> Result<T, Error>,
+) -> PyResult<T> {
     let py = record.py();
-    record
-        .extract()
-        .map_err(|error: PyErr| named(py, "InputError", &format!("record: {}", error.value(py))))
+    match record.cast::<PyBytes>() {
+        Ok(bytes) => read(bytes.as_bytes()).map_err(|error| raise(py, &error)),
+        Err(error) => Err(named(py, "InputError", &format!("record: {error}"))),
+    }
 }
 
 pub fn method_named(py: Python<'_>, name: &str) -> PyResult<Method> {
@@ -139,10 +140,6 @@ pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
             Err(named(py, "InputError", &message))
         }
     }
-}
-
-pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<EventKind>> {
-    names.iter().map(|name| EventKind::named(name).map_err(|error| raise(py, &error))).collect()
 }
 
 pub fn integers<'py>(py: Python<'py>, values: &[usize]) -> Bound<'py, PyArray1<i64>> {

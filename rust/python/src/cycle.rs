@@ -1,16 +1,14 @@
 //! Periodic orbits.
 
-use std::sync::Arc;
-
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyBytes;
 use stickslip_core as core;
 
-use crate::convert::{dense, integers, kinds, method_named, read_record, vector};
+use crate::convert::{dense, read_record, vector};
 use crate::errors::{named, raise};
-use crate::interrupt::detached;
+use crate::interrupt::{computed, detached, heard, listening};
 use crate::scene::model::Scene;
 use crate::trajectory::Trajectory;
 
@@ -30,6 +28,17 @@ pub fn failed(py: Python<'_>, failure: &core::cycles::orbits::OrbitFailure) -> P
     }
 }
 
+/// What `work` returns, which asks whether Ctrl-C or another signal has ended it; then what its handler raised.
+fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&dyn Fn() -> bool) -> Result<T, core::cycles::orbits::OrbitFailure> + Send,
+) -> PyResult<T> {
+    let cancel = listening();
+    let found = detached(py, || work(&|| cancel.is_requested()))?;
+    heard()?;
+    found.map_err(|failure| failed(py, &failure))
+}
+
 type Real<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
@@ -38,7 +47,9 @@ impl Cycle {
     /// The orbit that a record was made of.
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
-        read_record::<Record<'_>>(record)?.cycle(py, &scene.propagators)
+        let record = read_record(record, core::cycles::orbits::CycleRecord::from_bytes)?;
+        let cycle = detached(py, || core::Cycle::from_record(&scene.propagators, record))?;
+        Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 
     #[getter]
@@ -102,6 +113,12 @@ impl Cycle {
         steps.map(|step| (step.contact() as i64, step.kind.name())).collect()
     }
 
+    /// The contacts that close with the event at the end of every phase, where it ends a series over several contacts.
+    #[getter]
+    fn series(&self) -> Vec<Vec<usize>> {
+        self.inner.orbit.steps.iter().map(|step| step.series().to_vec()).collect()
+    }
+
     #[getter]
     fn is_corner(&self) -> bool {
         self.inner.orbit.corner().is_some()
@@ -135,26 +152,13 @@ impl Cycle {
     }
 
     fn trajectory(&self, py: Python<'_>) -> PyResult<Trajectory> {
-        let run =
-            detached(py, || self.inner.orbit.trajectory())?.map_err(|error| raise(py, &error))?;
+        let run = computed(py, || self.inner.orbit.trajectory())?;
         Ok(Trajectory::new(run))
     }
 
-    /// Everything but the scene, as numbers and names; `Cycle.from_record` takes it.
-    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let record = self.inner.record();
-        let kinds: Vec<&str> = record.kinds.iter().map(|kind| kind.name()).collect();
-        let dict = PyDict::new(py);
-        dict.set_item("method", record.method.name())?;
-        dict.set_item("combinations", record.combinations)?;
-        dict.set_item("states", record.states.into_pyarray(py))?;
-        dict.set_item("durations", record.durations.into_pyarray(py))?;
-        dict.set_item("contacts", integers(py, &record.contacts))?;
-        dict.set_item("kinds", kinds)?;
-        dict.set_item("series", record.series)?;
-        dict.set_item("period", record.period)?;
-        dict.set_item("residual", record.residual)?;
-        Ok(dict)
+    /// Everything but the scene, as bytes; `Cycle.from_record` takes them.
+    fn record<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.inner.record().to_bytes())
     }
 
     /// Derivative of the flow over a period, in contact coordinates.
@@ -172,8 +176,7 @@ impl Cycle {
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         use numpy::PyArrayMethods;
         let orbit = &self.inner.orbit;
-        let harmonics =
-            detached(py, || orbit.harmonics(count))?.map_err(|error| raise(py, &error))?;
+        let harmonics = interruptible(py, |is_over| orbit.harmonics(count, is_over))?;
         let columns = harmonics.displacement.len() / (count + 1);
         harmonics.displacement.into_pyarray(py).reshape([count + 1, columns])
     }
@@ -182,7 +185,7 @@ impl Cycle {
     /// end no phase.
     fn margins(&self, py: Python<'_>) -> PyResult<Vec<Margin>> {
         let orbit = &self.inner.orbit;
-        let margins = detached(py, || orbit.margins())?.map_err(|error| raise(py, &error))?;
+        let margins = interruptible(py, |is_over| orbit.margins(is_over))?;
         Ok(margins
             .iter()
             .map(|m| (m.step, m.contact, m.kind.name(), m.value, m.time, m.interior))
@@ -200,10 +203,11 @@ impl Cycle {
 
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
-        let cycle = detached(py, || {
-            self.inner.orbit.continued(&scene.propagators).and_then(core::Cycle::new)
+        let inner = interruptible(py, |is_over| {
+            let orbit = self.inner.orbit.continued(&scene.propagators, is_over)?;
+            core::Cycle::new(orbit, is_over)
         })?;
-        Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
+        Ok(Self { inner })
     }
 }
 
@@ -277,42 +281,9 @@ impl Orbit {
     }
 
     fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
-        let cycle = detached(py, || core::Cycle::new(self.inner.clone()))?;
-        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
-    }
-}
-
-/// An orbit from its record.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Record<'py> {
-    method: String,
-    combinations: Vec<String>,
-    states: PyReadonlyArray1<'py, f64>,
-    durations: PyReadonlyArray1<'py, f64>,
-    contacts: Vec<i64>,
-    kinds: Vec<String>,
-    series: Vec<Vec<usize>>,
-    period: f64,
-    residual: f64,
-}
-
-impl Record<'_> {
-    fn cycle(self, py: Python<'_>, propagators: &Arc<core::Propagators>) -> PyResult<Cycle> {
-        let record = core::cycles::orbits::CycleRecord {
-            method: method_named(py, &self.method)?,
-            combinations: self.combinations,
-            states: vector(&self.states),
-            durations: vector(&self.durations),
-            // -1 is no contact.
-            contacts: self.contacts.iter().map(|&contact| contact as usize).collect(),
-            kinds: kinds(py, &self.kinds)?,
-            series: self.series,
-            period: self.period,
-            residual: self.residual,
-        };
-        let cycle = detached(py, || core::Cycle::from_record(propagators, &record))?;
-        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
+        let orbit = self.inner.clone();
+        let inner = interruptible(py, |is_over| core::Cycle::new(orbit, is_over))?;
+        Ok(Cycle { inner })
     }
 }
 

@@ -6,8 +6,7 @@ use pyo3::types::PyDict;
 use stickslip_core::energy::{self as core, damper_groups};
 
 use crate::convert::{matrix, vector};
-use crate::errors::raise;
-use crate::interrupt::detached;
+use crate::interrupt::computed;
 use crate::trajectory::Trajectory;
 
 type Column<'py> = Bound<'py, PyArray1<f64>>;
@@ -22,8 +21,7 @@ pub fn energy<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let times = vector(&times);
     let run = trajectory.core();
-    let sample =
-        detached(py, || core::energy_at(run, &times))?.map_err(|error| raise(py, &error))?;
+    let sample = computed(py, || core::energy_at(run, &times))?;
     let (rows, contacts) = (times.len(), run.contact_count());
     let groups = damper_groups(run.scene());
     let result = PyDict::new(py);
@@ -72,7 +70,7 @@ pub struct Works {
 #[pyfunction]
 pub fn works(py: Python<'_>, trajectory: &Trajectory, t0: f64, t1: f64) -> PyResult<Works> {
     let run = trajectory.core();
-    let works = detached(py, || core::works(run, t0, t1))?.map_err(|error| raise(py, &error))?;
+    let works = computed(py, || core::works(run, t0, t1))?;
     let groups = damper_groups(run.scene()).to_vec();
     let (rows, contacts) = (works.phases.len(), run.contact_count());
     let column = |values: Vec<f64>| -> Column<'_> { values.into_pyarray(py) };

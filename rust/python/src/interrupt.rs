@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
-use stickslip_core::{Cancel, RunFailure};
+use stickslip_core::{Cancel, Error, RunFailure};
 
-use crate::errors::raise_failure;
+use crate::errors::{raise, raise_failure};
 
 /// Between two looks for Ctrl-C.
 pub const PATIENCE: Duration = Duration::from_millis(20);
@@ -31,6 +31,11 @@ pub fn listening() -> Cancel {
     })
 }
 
+/// The exception of a signal handler that stopped work under a token of `listening`.
+pub fn heard() -> PyResult<()> {
+    RAISED.take().map_or(Ok(()), Err)
+}
+
 /// The exception of a signal handler that stopped work under a token of `listening`. After Ctrl-C there is none: the
 /// work returns what it has.
 pub fn raised(py: Python<'_>) -> PyResult<()> {
@@ -43,6 +48,14 @@ pub fn raised(py: Python<'_>) -> PyResult<()> {
 /// What `work` returns, computed while other Python threads run; a panic is a `RunError`.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| RunFailure::guarded(work)).map_err(|failure| raise_failure(py, &failure))
+}
+
+/// The same of work that can find its question ill-posed.
+pub fn computed<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    detached(py, work)?.map_err(|error| raise(py, &error))
 }
 
 /// Runs `compute` on another thread and looks for Ctrl-C here: Python hears signals on its main thread only. On Ctrl-C

@@ -3,14 +3,11 @@
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use stickslip_core as core;
 
-use crate::convert::{
-    integers, kinds, matrix, method_named, read_record, stops_at_grazing, vector,
-};
-use crate::errors::raise;
-use crate::interrupt::{detached, listening, raised};
+use crate::convert::{matrix, method_named, read_record, stops_at_grazing, vector};
+use crate::interrupt::{computed, detached, listening, raised};
 use crate::scene::model::{Scene, StatusInput};
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -63,8 +60,7 @@ impl Trajectory {
             ..core::Controls::default()
         };
         let propagators = &scene.propagators;
-        let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
-            .map_err(|error| raise(py, &error))?;
+        let run = computed(py, || core::simulate(propagators, &start, duration, method, controls))?;
         raised(py)?;
         Ok(Self::new(run))
     }
@@ -72,9 +68,8 @@ impl Trajectory {
     /// The motion that a record was made of.
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let record = read_record::<Record<'_>>(record)?.into_core(py)?;
-        let inner = detached(py, || core::Trajectory::from_record(&scene.propagators, record))?
-            .map_err(|error| raise(py, &error))?;
+        let record = read_record(record, core::transient::TrajectoryRecord::from_bytes)?;
+        let inner = computed(py, || core::Trajectory::from_record(&scene.propagators, record))?;
         Ok(Self::new(inner))
     }
 
@@ -137,23 +132,25 @@ impl Trajectory {
 
     /// (time, contact, alternative, value, uncertainty) of every touch that rounding could not decide.
     #[getter]
-    fn grazings(&self) -> Vec<GrazingTuple> {
-        grazing_tuples(&self.inner.grazings)
+    fn grazings(&self) -> Vec<(f64, usize, &'static str, f64, f64)> {
+        let touches = self.inner.grazings.iter();
+        touches.map(|t| (t.time, t.contact, t.alternative.name(), t.value, t.uncertainty)).collect()
     }
 
     /// (event index, bounces left out, error bound of the time) of every limit of bounces.
     #[getter]
     fn accumulations(&self) -> Vec<(usize, usize, f64)> {
-        accumulation_tuples(&self.inner.accumulations)
+        let limits = self.inner.accumulations.iter();
+        limits.map(|limit| (limit.event, limit.bounces, limit.error)).collect()
     }
 
-    /// Everything but the scene, as numbers and names; `Trajectory.from_record` takes it.
-    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        record_dict(py, self.inner.record())
+    /// Everything but the scene, as bytes; `Trajectory.from_record` takes them.
+    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &detached(py, || self.inner.record().to_bytes())?))
     }
 
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
-        let state = detached(py, || self.inner.state(time))?.map_err(|error| raise(py, &error))?;
+        let state = computed(py, || self.inner.state(time))?;
         Ok((
             state.position.into_pyarray(py),
             state.velocity.into_pyarray(py),
@@ -182,8 +179,7 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Sample<'py>> {
         let times = vector(&times);
-        let sample =
-            detached(py, || self.inner.sample(&times))?.map_err(|error| raise(py, &error))?;
+        let sample = computed(py, || self.inner.sample(&times))?;
         let (rows, dofs, contacts) = (times.len(), self.inner.dofs(), self.inner.contact_count());
         let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
         Ok((
@@ -201,8 +197,7 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Vec<ModalRun<'py>>> {
         let times = vector(&times);
-        let runs = detached(py, || self.inner.modal_coordinates(&times))?
-            .map_err(|error| raise(py, &error))?;
+        let runs = computed(py, || self.inner.modal_coordinates(&times))?;
         runs.into_iter()
             .map(|run| {
                 let rows = run.indices.len();
@@ -215,214 +210,5 @@ impl Trajectory {
                 ))
             })
             .collect()
-    }
-}
-
-/// Time, contact, alternative, value, uncertainty.
-type GrazingTuple = (f64, usize, &'static str, f64, f64);
-
-fn grazing_tuples(grazings: &[core::transient::Grazing]) -> Vec<GrazingTuple> {
-    let tuple = |touch: &core::transient::Grazing| {
-        (touch.time, touch.contact, touch.alternative.name(), touch.value, touch.uncertainty)
-    };
-    grazings.iter().map(tuple).collect()
-}
-
-fn accumulation_tuples(limits: &[core::transient::Accumulation]) -> Vec<(usize, usize, f64)> {
-    limits.iter().map(|limit| (limit.event, limit.bounces, limit.error)).collect()
-}
-
-fn record_dict(
-    py: Python<'_>,
-    record: core::transient::TrajectoryRecord,
-) -> PyResult<Bound<'_, PyDict>> {
-    let counters = record.counters;
-    let contact = match record.stop_reason {
-        core::StopReason::Chattering { contact } => Some(contact),
-        _ => None,
-    };
-    let dict = PyDict::new(py);
-    let names = |methods: Vec<core::Method>| -> Vec<&str> {
-        methods.into_iter().map(core::Method::name).collect()
-    };
-    let bases: Vec<(String, Vec<&str>)> =
-        record.bases.into_iter().map(|(name, methods)| (name, names(methods))).collect();
-    dict.set_item("bases", bases)?;
-    dict.set_item("phase_basis", integers(py, &record.phase_basis))?;
-    dict.set_item("phase_start", record.phase_start.into_pyarray(py))?;
-    dict.set_item("phase_rest", record.phase_rest.into_pyarray(py))?;
-    dict.set_item("states", record.states.into_pyarray(py))?;
-    dict.set_item("event_time", record.event_time.into_pyarray(py))?;
-    dict.set_item("event_contact", integers(py, &record.event_contact))?;
-    dict.set_item(
-        "event_kind",
-        record.event_kind.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
-    )?;
-    dict.set_item("event_phase", integers(py, &record.event_phase))?;
-    dict.set_item("grazings", grazing_tuples(&record.grazings))?;
-    dict.set_item("accumulations", accumulation_tuples(&record.accumulations))?;
-    dict.set_item(
-        "counters",
-        [
-            counters.phases,
-            counters.panels,
-            counters.leaps,
-            counters.refinements,
-            counters.combinations,
-            counters.taylor_phases,
-            counters.expansions,
-        ],
-    )?;
-    let parts = record.parts.into_iter().map(|part| record_dict(py, part));
-    dict.set_item("parts", parts.collect::<PyResult<Vec<_>>>()?)?;
-    let reason = &record.stop_reason;
-    dict.set_item("stop", (reason.name(), reason.to_string(), contact))?;
-    dict.set_item("end", record.end)?;
-    dict.set_item("local", record.local.map(|local| local_dict(py, local)).transpose()?)?;
-    Ok(dict)
-}
-
-fn local_dict(py: Python<'_>, local: core::transient::LocalRecord) -> PyResult<Bound<'_, PyDict>> {
-    let dict = PyDict::new(py);
-    dict.set_item("load_time", local.load_time)?;
-    dict.set_item("stride", local.stride)?;
-    dict.set_item("panel_start", local.panel_start.into_pyarray(py))?;
-    dict.set_item("panel_rest", local.panel_rest.into_pyarray(py))?;
-    dict.set_item("panel_length", local.panel_length.into_pyarray(py))?;
-    dict.set_item("step_panel", integers(py, &local.step_panel))?;
-    dict.set_item("step_at", local.step_at.into_pyarray(py))?;
-    dict.set_item("step_begins", local.step_begins)?;
-    dict.set_item("status_step", integers(py, &local.status_step))?;
-    dict.set_item("status_contact", integers(py, &local.status_contact))?;
-    dict.set_item("status", local.status)?;
-    dict.set_item("reset_step", integers(py, &local.reset_step))?;
-    dict.set_item("reset_coordinate", integers(py, &local.reset_coordinate))?;
-    dict.set_item("reset_state", local.reset_state.into_pyarray(py))?;
-    Ok(dict)
-}
-
-/// What a local march keeps, from its record.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Local<'py> {
-    load_time: f64,
-    stride: usize,
-    panel_start: PyReadonlyArray1<'py, f64>,
-    panel_rest: PyReadonlyArray1<'py, f64>,
-    panel_length: PyReadonlyArray1<'py, f64>,
-    step_panel: Vec<usize>,
-    step_at: PyReadonlyArray1<'py, f64>,
-    step_begins: Vec<bool>,
-    status_step: Vec<usize>,
-    status_contact: Vec<usize>,
-    status: String,
-    reset_step: Vec<usize>,
-    reset_coordinate: Vec<usize>,
-    reset_state: PyReadonlyArray1<'py, f64>,
-}
-
-impl From<Local<'_>> for core::transient::LocalRecord {
-    fn from(local: Local<'_>) -> Self {
-        Self {
-            load_time: local.load_time,
-            stride: local.stride,
-            panel_start: vector(&local.panel_start),
-            panel_rest: vector(&local.panel_rest),
-            panel_length: vector(&local.panel_length),
-            step_panel: local.step_panel,
-            step_at: vector(&local.step_at),
-            step_begins: local.step_begins,
-            status_step: local.status_step,
-            status_contact: local.status_contact,
-            status: local.status,
-            reset_step: local.reset_step,
-            reset_coordinate: local.reset_coordinate,
-            reset_state: vector(&local.reset_state),
-        }
-    }
-}
-
-/// A motion from its record.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Record<'py> {
-    bases: Vec<(String, Vec<String>)>,
-    phase_basis: Vec<usize>,
-    phase_start: PyReadonlyArray1<'py, f64>,
-    phase_rest: PyReadonlyArray1<'py, f64>,
-    states: PyReadonlyArray1<'py, f64>,
-    event_time: PyReadonlyArray1<'py, f64>,
-    event_contact: Vec<i64>,
-    event_kind: Vec<String>,
-    event_phase: Vec<usize>,
-    grazings: Vec<(f64, usize, String, f64, f64)>,
-    accumulations: Vec<(usize, usize, f64)>,
-    counters: [usize; 7],
-    stop: (String, String, Option<usize>),
-    end: f64,
-    local: Option<Local<'py>>,
-    parts: Vec<Record<'py>>,
-}
-
-impl Record<'_> {
-    fn into_core(self, py: Python<'_>) -> PyResult<core::transient::TrajectoryRecord> {
-        let (reason, message, contact) = &self.stop;
-        let stop_reason = core::StopReason::named(reason, message, *contact)
-            .map_err(|error| raise(py, &error))?;
-        let grazings = self
-            .grazings
-            .into_iter()
-            .map(|(time, contact, kind, value, uncertainty)| {
-                let alternative =
-                    core::contact::EventKind::named(&kind).map_err(|error| raise(py, &error))?;
-                Ok(core::transient::Grazing { time, contact, alternative, value, uncertainty })
-            })
-            .collect::<PyResult<Vec<_>>>()?;
-        let accumulations = self
-            .accumulations
-            .into_iter()
-            .map(|(event, bounces, error)| core::transient::Accumulation { event, bounces, error })
-            .collect();
-        let [phases, panels, leaps, refinements, combinations, taylor_phases, expansions] =
-            self.counters;
-        let bases = self
-            .bases
-            .into_iter()
-            .map(|(name, methods)| {
-                let methods = methods.iter().map(|method| method_named(py, method));
-                Ok((name, methods.collect::<PyResult<Vec<_>>>()?))
-            })
-            .collect::<PyResult<Vec<_>>>()?;
-        Ok(core::transient::TrajectoryRecord {
-            bases,
-            phase_basis: self.phase_basis,
-            phase_start: vector(&self.phase_start),
-            phase_rest: vector(&self.phase_rest),
-            states: vector(&self.states),
-            event_time: vector(&self.event_time),
-            // -1 is no contact.
-            event_contact: self.event_contact.iter().map(|&contact| contact as usize).collect(),
-            event_kind: kinds(py, &self.event_kind)?,
-            event_phase: self.event_phase,
-            grazings,
-            accumulations,
-            counters: core::transient::Counters {
-                phases,
-                panels,
-                leaps,
-                refinements,
-                combinations,
-                taylor_phases,
-                expansions,
-            },
-            stop_reason,
-            end: self.end,
-            local: self.local.map(Into::into),
-            parts: self
-                .parts
-                .into_iter()
-                .map(|part| part.into_core(py))
-                .collect::<PyResult<_>>()?,
-        })
     }
 }

@@ -1,10 +1,12 @@
 //! The kinds of events, and their names.
 
-use crate::error::input::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::scene::contact_law::Contact;
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum EventKind {
     /// The slip velocity of a sliding contact reached zero.
     Velocity,
@@ -35,7 +37,7 @@ pub enum EventKind {
 pub const NO_CONTACT: usize = usize::MAX;
 
 impl EventKind {
-    /// The name that events carry in records and in Python: `slip+`.
+    /// The name that events carry in Python: `slip+`.
     pub const fn name(self) -> &'static str {
         match self {
             EventKind::Velocity => "velocity",
@@ -52,20 +54,6 @@ impl EventKind {
         }
     }
 
-    const ALL: [EventKind; 11] = [
-        EventKind::Velocity,
-        EventKind::SlipPositive,
-        EventKind::SlipNegative,
-        EventKind::Release,
-        EventKind::Impact,
-        EventKind::Accumulation,
-        EventKind::Closing,
-        EventKind::Jump,
-        EventKind::Load,
-        EventKind::Turn,
-        EventKind::Exhausted,
-    ];
-
     /// Whether a contact of this status can have such an event, and the motion goes on after it.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
@@ -79,9 +67,49 @@ impl EventKind {
         }
     }
 
-    /// The kind of that name; refuses any other name as a broken record.
-    pub fn named(name: &str) -> Result<Self, Error> {
-        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
-        found.ok_or(Error::Record { reason: "unknown kind of event" })
+    /// What the event sets at once, before forces and impulses follow.
+    pub(crate) fn sets(self, contact: &Contact) -> impl Iterator<Item = Set> {
+        let closed = Set::Place(contact.normal, contact.closed());
+        let all = match self {
+            EventKind::Velocity => {
+                [Some(Set::Speed(contact.tangential, contact.slider_speed)), None]
+            }
+            EventKind::Impact | EventKind::Closing => [Some(closed), None],
+            EventKind::Accumulation => [Some(closed), Some(Set::Speed(contact.normal, 0.0))],
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Jump
+            | EventKind::Load
+            | EventKind::Turn
+            | EventKind::Exhausted => [None, None],
+        };
+        all.into_iter().flatten()
+    }
+}
+
+/// A value of a coordinate that an event sets, whatever it was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Set {
+    /// Coordinate and place, m.
+    Place(usize, f64),
+    /// Coordinate and speed, m/s.
+    Speed(usize, f64),
+}
+
+impl Set {
+    pub const fn apply(self, q: &mut [f64], u: &mut [f64]) {
+        match self {
+            Self::Place(coordinate, place) => q[coordinate] = place,
+            Self::Speed(coordinate, speed) => u[coordinate] = speed,
+        }
+    }
+
+    /// The entry of (q, q') that is set, of n coordinates.
+    pub const fn entry(self, n: usize) -> usize {
+        match self {
+            Self::Place(coordinate, _) => coordinate,
+            Self::Speed(coordinate, _) => n + coordinate,
+        }
     }
 }

@@ -432,6 +432,16 @@ pub enum Error {
         /// End of the computed motion, s; it begins at 0.
         end: f64,
     },
+    /// A record was written in another format than the one that is read.
+    #[error(
+        "record: has format {format}, but this version of stickslip reads format {read}; restore it by the version that wrote it, or compute it again"
+    )]
+    RecordFormat {
+        /// The format in which it was written.
+        format: u32,
+        /// The format that is read.
+        read: u32,
+    },
     /// A record read back does not describe a possible motion or orbit of the scene.
     #[error("record: {reason}")]
     Record {

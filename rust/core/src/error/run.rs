@@ -137,6 +137,23 @@ pub enum RunFailure {
 }
 
 impl RunFailure {
+    /// The indices of the contacts that it names.
+    pub(crate) const fn contacts_mut(&mut self) -> &mut [usize] {
+        match self {
+            Self::NegativeFriction { contact, .. }
+            | Self::LevelFriction { contact, .. }
+            | Self::OpensWithoutMass { contact, .. }
+            | Self::UnresolvedFriction { contact, .. }
+            | Self::NoConsistentStatus { contact, .. } => std::slice::from_mut(contact),
+            Self::ContactProblem { contacts, .. } | Self::QuasiStatic { contacts, .. } => {
+                contacts.as_mut_slice()
+            }
+            Self::Input(_) | Self::TooManyEvents { .. } | Self::Recorded(_) | Self::Internal(_) => {
+                &mut []
+            }
+        }
+    }
+
     /// What `work` returns. A panic in one of many pieces of work is the failure of that piece: the others go on.
     pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, Self> {
         catch_unwind(AssertUnwindSafe(work)).map_err(Self::of_panic)
@@ -147,5 +164,42 @@ impl RunFailure {
         let text = panic.downcast_ref::<&str>().map(|&text| text.to_owned());
         let message = text.or_else(|| panic.downcast_ref::<String>().cloned());
         Self::Internal(message.unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_gives_every_contact_that_it_names() {
+        let (contact, time) = (0, 1.0);
+        let one = vec![
+            RunFailure::NegativeFriction { contact, time },
+            RunFailure::LevelFriction { contact, time },
+            RunFailure::OpensWithoutMass { contact, time },
+            RunFailure::UnresolvedFriction { contact, time },
+            RunFailure::NoConsistentStatus {
+                contact,
+                time,
+                normal_force: 1.0,
+                required_friction: 2.0,
+            },
+            RunFailure::QuasiStatic { contacts: vec![0], time, level: "forces", reason: "fails" },
+            RunFailure::ContactProblem {
+                contacts: vec![0],
+                time,
+                level: Level::Impulses,
+                count: "no solution",
+                slip: Vec::new(),
+                reactions: Vec::new(),
+            },
+        ];
+        for mut failure in one {
+            failure.contacts_mut().fill(7);
+            let told = failure.to_string();
+            assert!(told.contains("contact 7 ") || told.contains("contacts [7] "), "{told}");
+        }
+        assert!(RunFailure::TooManyEvents { events: 1, time }.contacts_mut().is_empty());
     }
 }

@@ -1,7 +1,9 @@
 //! The methods by which a phase can be propagated.
 
+use serde::{Deserialize, Serialize};
+
 /// How phases are propagated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Method {
     /// Modes where they are well conditioned and worth their cost (see `method_cost.rs`), Taylor series elsewhere.
     Auto,

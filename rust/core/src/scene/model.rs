@@ -329,6 +329,10 @@ impl Scene {
     /// Refuses a combination in which a frictionless contact sticks, or a contact has a status for which it lacks a
     /// direction.
     pub fn check_combination(&self, combination: &Combination) -> Result<(), Error> {
+        let contacts = self.contacts.len();
+        if combination.statuses().len() != contacts {
+            return Err(Error::Combination { got: combination.to_string(), contacts });
+        }
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {

@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::input::Error;
 
 /// The status of one contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Status {
     /// `+`: closed, slip velocity < 0, friction force T = +mu N.
@@ -59,7 +61,7 @@ impl Status {
 }
 
 /// One status per contact, in the order of the contacts.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Combination(Box<[Status]>);
 
 impl Combination {

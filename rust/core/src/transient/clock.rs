@@ -1,7 +1,9 @@
 //! The time of a run.
 
+use serde::{Deserialize, Serialize};
+
 /// Time carried as an unevaluated sum, so that thousands of phases add no rounding to it.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Clock {
     pub seconds: f64,
     pub rest: f64,

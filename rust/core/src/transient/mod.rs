@@ -18,6 +18,6 @@ pub use local::record::LocalRecord;
 pub use run_state::Controls;
 pub use simulate::simulate;
 pub use trajectory::events::{Accumulation, Counters, Event, Grazing, StopReason};
-pub use trajectory::model::Trajectory;
-pub use trajectory::record::TrajectoryRecord;
+pub use trajectory::model::{Phase, Trajectory};
+pub use trajectory::record::{MotionRecord, TrajectoryRecord};
 pub use trajectory::sampling::{ModalRun, Sample};

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::NO_CONTACT;
-use crate::error::run::RunFailure;
 use crate::motion::propagators::Propagators;
 use crate::scene::partition::Block;
 use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
@@ -88,37 +87,16 @@ pub(crate) fn put_together(
 }
 
 /// A reason that names contacts by their numbers in the whole scene.
-pub(crate) fn in_whole(reason: StopReason, block: &Block) -> StopReason {
-    match reason {
-        StopReason::Chattering { contact } => {
-            StopReason::Chattering { contact: block.contacts[contact] }
+pub(crate) fn in_whole(mut reason: StopReason, block: &Block) -> StopReason {
+    match &mut reason {
+        StopReason::Chattering { contact } => *contact = block.contacts[*contact],
+        StopReason::Failed(failure) => {
+            failure
+                .contacts_mut()
+                .iter_mut()
+                .for_each(|contact| *contact = block.contacts[*contact]);
         }
-        StopReason::Failed(RunFailure::NoConsistentStatus {
-            contact,
-            time,
-            normal_force,
-            required_friction,
-        }) => StopReason::Failed(RunFailure::NoConsistentStatus {
-            contact: block.contacts[contact],
-            time,
-            normal_force,
-            required_friction,
-        }),
-        StopReason::Failed(RunFailure::ContactProblem {
-            contacts,
-            time,
-            level,
-            count,
-            slip,
-            reactions,
-        }) => StopReason::Failed(RunFailure::ContactProblem {
-            contacts: contacts.into_iter().map(|contact| block.contacts[contact]).collect(),
-            time,
-            level,
-            count,
-            slip,
-            reactions,
-        }),
-        reason => reason,
+        _ => {}
     }
+    reason
 }

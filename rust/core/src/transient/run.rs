@@ -1,7 +1,6 @@
 //! One run: phase, first event, settlement, next phase.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use crate::contact::admissible_start::initial_departures;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
@@ -13,10 +12,8 @@ use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
-use crate::scene::model::Scene;
-use crate::scene::status::{Combination, Status};
-use crate::transient::clock::Clock;
-use crate::transient::impact_series::{count_accumulations, explained_events, series};
+use crate::scene::status::Combination;
+use crate::transient::impact_series::{count_accumulations, series};
 use crate::transient::met_combinations::MetCombinations;
 use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
@@ -30,229 +27,181 @@ pub(crate) struct Run<'a> {
     pub state: RunState<'a>,
     met: MetCombinations<'a>,
     held: HeldBases,
+    /// Place of the combination of the phase in progress among those met.
+    current: usize,
+    phases: PhaseByPhase,
 }
 
-/// Data that a run carries from one phase to the next beside its state.
-pub(crate) struct Progress {
-    /// Place of the combination among those known.
-    current: usize,
-    settlement: Settlement,
+/// One phase after the other, whatever finds the basis of the next one.
+pub(crate) struct PhaseByPhase {
+    pub settlement: Settlement,
     motion: Motion,
     search: PhaseSearch,
-    at_this_instant: usize,
+}
+
+impl PhaseByPhase {
+    /// The phase that begins in a state, with the multiplicities with which its event functions leave zero.
+    pub fn new(
+        state: &RunState<'_>,
+        basis: &Arc<CombinationBasis>,
+        departures: Vec<Departure>,
+    ) -> Self {
+        let statuses = basis.combination.statuses().to_vec();
+        Self {
+            settlement: Settlement { statuses, departures, events: Vec::new(), rest: None },
+            motion: Motion::new(state.scene, basis, &state.q, &state.u),
+            search: PhaseSearch::default(),
+        }
+    }
+
+    /// Follows the phase to its end. `allowed(t)`: the number of panels it may take to reach time t, s.
+    pub fn follow(&mut self, state: &mut RunState<'_>, allowed: &dyn Fn(f64) -> usize) -> PhaseEnd {
+        state.until = state.next_switch();
+        let departures = &self.settlement.departures[..];
+        let departing = departures.iter().any(|&d| d != Departure::None);
+        self.search.follow(state, &mut self.motion, departing.then_some(departures), allowed)
+    }
+
+    /// Moves on to the end of the phase, `after` its start; without an event, a load is switched there.
+    pub fn advance(&mut self, state: &mut RunState<'_>, after: Option<f64>) {
+        state.advance(after);
+        if after.is_none() {
+            self.search.triggers.clear();
+            self.search.triggers.push((NO_CONTACT, EventKind::Load));
+        }
+    }
+
+    /// State, statuses and departures after the event that the phase has come to.
+    pub fn settle(&mut self, state: &mut RunState<'_>) -> Result<Series, RunFailure> {
+        let series = series(state, &self.search);
+        let RunState { scene, time, q, u, .. } = state;
+        let all = 0..scene.contacts.len();
+        let triggers = &self.search.triggers;
+        settle(scene, time.seconds, triggers, all, &mut self.settlement, &series, q, u)?;
+        Ok(series)
+    }
+
+    /// Begins the next phase. Coordinates that follow from others come up to date, and with them their departures.
+    pub fn begin(&mut self, state: &mut RunState<'_>, basis: &Arc<CombinationBasis>) {
+        let RunState { scene, q, u, .. } = state;
+        basis.complete(q, u);
+        if !scene.massless.is_empty() {
+            self.settlement.depart_with_bodies(scene, &basis.functions, q, u);
+        }
+        if !scene.dependents.is_empty() {
+            self.settlement.depart(scene, 0..scene.contacts.len(), q, u);
+        }
+        self.motion.restart(basis, q, u);
+    }
 }
 
 impl<'a> Run<'a> {
     /// A run from (q, q') at time 0.
     pub fn new(
         propagators: &'a Arc<Propagators>,
-        (q, u): (Vec<f64>, Vec<f64>),
+        start: (Vec<f64>, Vec<f64>),
+        combination: &Combination,
         duration: f64,
         method: Method,
         controls: Controls<'a>,
-    ) -> Self {
-        let Scene { size, contacts, .. } = &*propagators.scene;
-        let kept = controls.kept_numbers.unwrap_or(KEPT);
-        let mut trajectory = Trajectory::new(propagators);
-        trajectory.states = KeptStates::new(*size, contacts.len(), kept);
-        Self {
-            state: RunState {
-                scene: &propagators.scene,
-                controls,
-                started: Instant::now(),
-                asked: 0,
-                duration,
-                until: duration,
-                switched: controls.load_time,
-                time: Clock::default(),
-                q,
-                u,
-                trajectory,
-            },
-            met: MetCombinations::new(propagators, method),
-            held: HeldBases::default(),
-        }
-    }
-
-    pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
-        let current = self.met.meet(&mut self.state, combination.statuses())?;
-        let basis = self.held.get(
-            &self.state.trajectory.bases,
-            &self.state.trajectory.propagators,
-            self.met.basis(current),
-        );
-        Ok(Progress {
-            current,
-            settlement: Settlement {
-                statuses: combination.statuses().to_vec(),
-                departures: initial_departures(
-                    self.state.scene,
-                    combination,
-                    &self.state.q,
-                    &self.state.u,
-                ),
-                events: Vec::new(),
-                rest: None,
-            },
-            motion: Motion::new(self.state.scene, basis, &self.state.q, &self.state.u),
-            search: PhaseSearch::default(),
-            at_this_instant: 0,
-        })
+    ) -> Result<Self, Error> {
+        let mut state = RunState::new(propagators, start, duration, controls);
+        let (scene, kept) = (state.scene, controls.kept_numbers.unwrap_or(KEPT));
+        state.trajectory.states = KeptStates::new(scene.size, scene.contacts.len(), kept);
+        let mut met = MetCombinations::new(propagators, method);
+        let current = met.meet(&mut state, combination.statuses())?;
+        let mut held = HeldBases::default();
+        let basis = held.get(&state.trajectory.bases, propagators, met.basis(current));
+        let departures = initial_departures(scene, combination, &state.q, &state.u);
+        let phases = PhaseByPhase::new(&state, basis, departures);
+        Ok(Self { state, met, held, current, phases })
     }
 
     /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
-    pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
-        let Progress { current, settlement, motion, search, at_this_instant } = progress;
-        let departing = settlement.departures.iter().any(|&d| d != Departure::None);
+    pub fn step(&mut self) -> Option<StopReason> {
+        self.next_phase()
+            .unwrap_or_else(|failure| Some(self.ended_here(StopReason::Failed(failure))))
+    }
+
+    fn next_phase(&mut self) -> Result<Option<StopReason>, RunFailure> {
         let RunState { trajectory, time, q, u, controls, .. } = &mut self.state;
-        let basis = self.met.basis(*current);
+        let basis = self.met.basis(self.current);
         trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis });
-        trajectory.states.push(q, u, &settlement.departures);
+        trajectory.states.push(q, u, &self.phases.settlement.departures);
         trajectory.end = time.seconds;
         if let Some(reason) = controls.enough(trajectory.events.len(), time.seconds) {
             return Ok(Some(reason));
         }
-        self.state.until = self.next_switch();
-        let departures = departing.then_some(&settlement.departures[..]);
-        let grazings = self.state.trajectory.grazings.len();
+        let grazings = trajectory.grazings.len();
         let after = loop {
             let panels = self.state.trajectory.counters.panels;
-            let basis = self.met.basis(*current);
-            let allowed = self.met.allowed_panels(*current, &self.state);
-            let end = search.follow(&mut self.state, motion, departures, &allowed);
-            self.met.add_panels(*current, self.state.trajectory.counters.panels - panels);
+            let basis = self.met.basis(self.current);
+            let allowed = self.met.allowed_panels(self.current, &self.state);
+            let end = self.phases.follow(&mut self.state, &allowed);
+            let Trajectory { bases, counters, .. } = &mut self.state.trajectory;
+            self.met.add_panels(self.current, counters.panels - panels);
             if !matches!(end, PhaseEnd::TooLong) {
-                let Trajectory { bases, counters, .. } = &mut self.state.trajectory;
                 counters.taylor_phases += usize::from(!bases[basis].is_modal());
             }
             match end {
                 PhaseEnd::Event { after } => break Some(after),
-                PhaseEnd::Stop(StopReason::Duration) if self.state.until < self.state.duration => {
-                    break None;
-                }
+                PhaseEnd::Switch => break None,
                 PhaseEnd::Stop(reason) => return Ok(Some(reason)),
                 PhaseEnd::TooLong => {
                     self.state.trajectory.grazings.truncate(grazings);
-                    if let Err(error) = self.begin_again(*current, &settlement.statuses, motion) {
-                        return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
-                    }
+                    self.begin_again()?;
                 }
             }
         };
         let before = self.state.time.seconds;
-        self.advance(after, search);
-        *at_this_instant = if self.state.time.seconds > before { 0 } else { *at_this_instant + 1 };
-        // More means that the event rule goes in circles.
-        if *at_this_instant > 0 && *at_this_instant > explained_events(self.state.scene) {
-            let contact = search.triggers[0].0;
-            return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
+        self.phases.advance(&mut self.state, after);
+        let moves_on = self.state.time.seconds > before;
+        if self.state.goes_in_circles(moves_on) {
+            let contact = self.phases.search.triggers[0].0;
+            return Ok(Some(self.ended_here(StopReason::Chattering { contact })));
         }
-        let series = series(&self.state, search);
-        if let Err(failure) = self.settle(search, settlement, &series) {
-            return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
-        }
+        let series = self.phases.settle(&mut self.state)?;
         // An event is part of the motion once the phase that it begins can be propagated.
-        let left = &self.state.trajectory.bases[self.met.basis(*current)];
+        let PhaseByPhase { settlement, search, .. } = &self.phases;
+        let left = &self.state.trajectory.bases[self.met.basis(self.current)];
         let returns = settlement.statuses == left.combination.statuses();
-        if !returns || self.met.is_over(*current, &self.state) {
-            *current = match self.met.meet(&mut self.state, &settlement.statuses) {
-                Ok(current) => current,
-                Err(error) => {
-                    let failure = StopReason::Failed(RunFailure::Input(error));
-                    return Ok(Some(self.ended_at_event(failure)));
-                }
-            };
+        if !returns || self.met.is_over(self.current, &self.state) {
+            self.current = self.met.meet(&mut self.state, &settlement.statuses)?;
         }
-        let phase = self.state.trajectory.phases.len();
-        let time = self.state.time.seconds;
-        count_accumulations(&mut self.state.trajectory, settlement, &series, &search.limits);
-        self.state.trajectory.events.extend(
-            settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
-        );
-        let RunState { scene, trajectory, q, u, .. } = &mut self.state;
-        let basis =
-            self.held.get(&trajectory.bases, &trajectory.propagators, self.met.basis(*current));
-        complete(scene, basis, settlement, q, u);
-        motion.restart(basis, q, u);
+        let trajectory = &mut self.state.trajectory;
+        let (phase, time) = (trajectory.phases.len(), self.state.time.seconds);
+        count_accumulations(trajectory, settlement, &series, &search.limits);
+        trajectory.events.extend(settlement.events.iter().map(|&(contact, kind)| Event {
+            time,
+            contact,
+            kind,
+            phase,
+        }));
+        let Trajectory { bases, propagators, .. } = trajectory;
+        let basis = self.held.get(bases, propagators, self.met.basis(self.current));
+        self.phases.begin(&mut self.state, basis);
         Ok(None)
     }
 
     /// Begins the phase in progress once more from its start, by modes.
     #[cold]
-    fn begin_again(
-        &mut self,
-        current: usize,
-        statuses: &[Status],
-        motion: &mut Motion,
-    ) -> Result<(), Error> {
-        self.met.meet(&mut self.state, statuses)?;
+    fn begin_again(&mut self) -> Result<(), Error> {
+        self.met.meet(&mut self.state, &self.phases.settlement.statuses)?;
         let RunState { trajectory, q, u, .. } = &mut self.state;
-        let basis = self.met.basis(current);
+        let basis = self.met.basis(self.current);
         if let Some(phase) = trajectory.phases.last_mut() {
             phase.basis = basis;
         }
-        motion.restart(self.held.get(&trajectory.bases, &trajectory.propagators, basis), q, u);
+        let basis = self.held.get(&trajectory.bases, &trajectory.propagators, basis);
+        self.phases.motion.restart(basis, q, u);
         Ok(())
     }
 
-    /// The end of the stretch that begins now.
-    pub(super) fn next_switch(&self) -> f64 {
-        let RunState { scene, controls, switched, duration, .. } = &self.state;
-        let next = scene.next_switch(*switched);
-        next.map_or(*duration, |next| duration.min(next - controls.load_time))
-    }
-
-    /// Moves the clock on to the event that ends a phase; without one, a load is switched.
-    pub(super) fn advance(&mut self, after: Option<f64>, search: &mut PhaseSearch) {
-        let RunState { scene, switched, time, until, q, .. } = &mut self.state;
-        match after {
-            Some(after) => *time = time.after(after),
-            None => {
-                *time = Clock { seconds: *until, rest: 0.0 };
-                search.triggers.clear();
-                search.triggers.push((NO_CONTACT, EventKind::Load));
-                if let (Some(drive), Some(next)) = (&scene.drive, scene.next_switch(*switched)) {
-                    *switched = next;
-                    drive.switch(next, q);
-                }
-            }
-        }
-    }
-
-    /// State, statuses and departures after the event that a phase has come to.
-    pub(super) fn settle(
-        &mut self,
-        search: &PhaseSearch,
-        settlement: &mut Settlement,
-        series: &Series,
-    ) -> Result<(), RunFailure> {
-        let RunState { scene, time, q, u, .. } = &mut self.state;
-        let all = 0..scene.contacts.len();
-        settle(scene, time.seconds, &search.triggers, all, settlement, series, q, u)
-    }
-
-    /// Ends the motion just before the event in progress, which no phase can follow.
+    /// Ends the motion at the clock: just before the event in progress, if no phase can follow it.
     #[cold]
-    fn ended_at_event(&mut self, reason: StopReason) -> StopReason {
+    fn ended_here(&mut self, reason: StopReason) -> StopReason {
         self.state.trajectory.end = self.state.time.seconds;
         reason
-    }
-}
-
-/// Brings the coordinates that follow from others up to date as a phase begins, and adds the departures of those.
-pub(super) fn complete(
-    scene: &Scene,
-    basis: &CombinationBasis,
-    settlement: &mut Settlement,
-    q: &mut [f64],
-    u: &mut [f64],
-) {
-    basis.complete(q, u);
-    if !scene.massless.is_empty() {
-        settlement.depart_with_bodies(scene, &basis.functions, q, u);
-    }
-    if !scene.dependents.is_empty() {
-        settlement.depart(scene, 0..scene.contacts.len(), q, u);
     }
 }
 
@@ -262,7 +211,7 @@ mod tests {
     use crate::contact::admissible_start::start_coordinates;
     use crate::linalg::SparseMatrix;
     use crate::motion::propagators::Part;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
 
     #[test]
     fn uncoupled_parts_are_not_run_as_one() {
@@ -294,9 +243,9 @@ mod tests {
         let whole = Arc::new(Propagators::new(scene));
         assert_eq!(whole.parts().len(), 2);
         let ended = |propagators: &Arc<Propagators>, state, combination: &Combination| {
-            let mut run = Run::new(propagators, state, 0.1, Method::Auto, Controls::default());
-            let mut progress = run.begin(combination).expect("modes");
-            run.step(&mut progress).expect("a phase")
+            let controls = Controls::default();
+            let run = Run::new(propagators, state, combination, 0.1, Method::Auto, controls);
+            run.expect("modes").step()
         };
         let refused = ended(&whole, state.clone(), &start.combination);
         assert!(matches!(refused, Some(StopReason::Failed(RunFailure::Internal(_)))));

@@ -6,8 +6,10 @@ use std::time::Instant;
 use crate::error::cancel::Cancel;
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
+use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
+use crate::transient::impact_series::explained_events;
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::model::Trajectory;
 
@@ -86,13 +88,65 @@ pub(crate) struct RunState<'a> {
     /// The time of the loads up to which they have been switched, s.
     pub switched: f64,
     pub time: Clock,
+    /// Number of events since time last moved on.
+    at_this_instant: usize,
     /// Contact coordinates and their velocities at `time`.
     pub q: Vec<f64>,
     pub u: Vec<f64>,
     pub trajectory: Trajectory,
 }
 
-impl RunState<'_> {
+impl<'a> RunState<'a> {
+    /// At time 0, before the first phase.
+    pub fn new(
+        propagators: &'a Arc<Propagators>,
+        (q, u): (Vec<f64>, Vec<f64>),
+        duration: f64,
+        controls: Controls<'a>,
+    ) -> Self {
+        Self {
+            scene: &propagators.scene,
+            controls,
+            started: Instant::now(),
+            asked: 0,
+            duration,
+            until: duration,
+            switched: controls.load_time,
+            time: Clock::default(),
+            at_this_instant: 0,
+            q,
+            u,
+            trajectory: Trajectory::new(propagators),
+        }
+    }
+
+    /// The end of the stretch that begins now.
+    pub fn next_switch(&self) -> f64 {
+        let next = self.scene.next_switch(self.switched);
+        next.map_or(self.duration, |next| self.duration.min(next - self.controls.load_time))
+    }
+
+    /// Moves the clock on to the event that ends a phase; without one, to the end of the stretch, where a load is switched.
+    pub fn advance(&mut self, after: Option<f64>) {
+        if let Some(after) = after {
+            self.time = self.time.after(after);
+            return;
+        }
+        self.time = Clock { seconds: self.until, rest: 0.0 };
+        if let (Some(drive), Some(next)) =
+            (&self.scene.drive, self.scene.next_switch(self.switched))
+        {
+            self.switched = next;
+            drive.switch(next, &mut self.q);
+        }
+    }
+
+    /// Counts the events of one instant; true if they are more than contacts explain, so that the event rule goes in circles.
+    pub fn goes_in_circles(&mut self, moves_on: bool) -> bool {
+        self.at_this_instant = if moves_on { 0 } else { self.at_this_instant + 1 };
+        self.at_this_instant > 0 && self.at_this_instant > explained_events(self.scene)
+    }
+
     /// The part of the run that is over at a time, by its duration or by the events that it may have.
     pub fn part(&self) -> impl Fn(f64) -> f64 + use<> {
         let events = self.trajectory.events.len() as f64;

@@ -18,8 +18,8 @@ use crate::scene::status::Combination;
 use crate::transient::local::march::March;
 use crate::transient::parts::{in_whole, put_together};
 use crate::transient::repeated_run::repetition;
-use crate::transient::run::{Progress, Run};
-use crate::transient::run_state::{Controls, MOST_EVENTS};
+use crate::transient::run::Run;
+use crate::transient::run_state::{Controls, MOST_EVENTS, RunState};
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::kept_states::KEPT;
 use crate::transient::trajectory::model::Trajectory;
@@ -56,7 +56,7 @@ pub fn simulate(
         let statuses = &start.combination;
         let mut run = PartRun::new(propagators, state, statuses, duration, method, controls)?;
         while run.stopped.is_none() {
-            run.step()?;
+            run.step();
         }
         return Ok(run.into_motion());
     }
@@ -69,7 +69,7 @@ pub fn simulate(
         let statuses = block.statuses(&start.combination);
         runs.push(PartRun::new(propagators, state, &statuses, duration, method, controls)?);
     }
-    let (end, to_stop) = follow(&mut runs, duration, controls)?;
+    let (end, to_stop) = follow(&mut runs, duration, controls);
     let motions: Vec<Trajectory> = runs.into_iter().map(PartRun::into_motion).collect();
     let stopped = parts.iter().zip(&motions).filter(|(_, motion)| motion.end <= end);
     let reason = stopped
@@ -97,7 +97,7 @@ fn follow(
     runs: &mut [PartRun<'_>],
     duration: f64,
     controls: Controls<'_>,
-) -> Result<(f64, Option<StopReason>), Error> {
+) -> (f64, Option<StopReason>) {
     let started = Instant::now();
     let (mut end, mut events, mut steps) = (duration, 0, 0);
     let most = controls.max_events.unwrap_or(MOST_EVENTS);
@@ -112,7 +112,7 @@ fn follow(
             continue;
         }
         let before = run.motion().events.len();
-        run.step()?;
+        run.step();
         steps += 1;
         events += run.motion().events.len() - before;
         match run.stopped {
@@ -131,11 +131,11 @@ fn follow(
         let open = runs.iter().filter(|run| run.stopped.is_none());
         let known = open.map(PartRun::time).fold(end, f64::min);
         if reason.is_some() || events_before(runs, known) >= most {
-            return Ok((known, reason));
+            return (known, reason);
         }
         count_at = steps + runs.len();
     }
-    Ok((end, None))
+    (end, None)
 }
 
 /// The number of events before a time up to which all parts are known: later ones are not in order yet, and at that time itself
@@ -157,7 +157,7 @@ struct PartRun<'a> {
 /// How a part is followed, one step after the other.
 enum Propagation<'a> {
     /// From event to event.
-    Phases(Box<Run<'a>>, Box<Progress>),
+    Phases(Box<Run<'a>>),
     /// From panel to panel, which its events restart where they reach.
     Panels(Box<March<'a>>),
 }
@@ -176,42 +176,41 @@ impl<'a> PartRun<'a> {
             let march = March::new(propagators, state, combination, duration, controls)?;
             Propagation::Panels(Box::new(march))
         } else {
-            let mut run = Run::new(propagators, state, duration, method, controls);
+            let mut run = Run::new(propagators, state, combination, duration, method, controls)?;
             run.state.trajectory.repetition = Some(repetition(duration, &controls));
-            let progress = run.begin(combination)?;
-            Propagation::Phases(Box::new(run), Box::new(progress))
+            Propagation::Phases(Box::new(run))
         };
         Ok(Self { propagation, stopped: None })
     }
 
-    fn step(&mut self) -> Result<(), Error> {
+    fn step(&mut self) {
         self.stopped = match &mut self.propagation {
-            Propagation::Phases(run, progress) => run.step(progress)?,
+            Propagation::Phases(run) => run.step(),
             Propagation::Panels(march) => march.step(),
         };
-        Ok(())
+    }
+
+    fn state(&self) -> &RunState<'a> {
+        match &self.propagation {
+            Propagation::Phases(run) => &run.state,
+            Propagation::Panels(march) => &march.state,
+        }
     }
 
     /// The time up to which it is known, s.
     fn time(&self) -> f64 {
-        match &self.propagation {
-            Propagation::Phases(run, _) => run.state.time.seconds,
-            Propagation::Panels(march) => march.clock.seconds,
-        }
+        self.state().time.seconds
     }
 
     fn motion(&self) -> &Trajectory {
-        match &self.propagation {
-            Propagation::Phases(run, _) => &run.state.trajectory,
-            Propagation::Panels(march) => &march.trajectory,
-        }
+        &self.state().trajectory
     }
 
     /// The motion so far.
     fn into_motion(self) -> Trajectory {
         let time = self.time();
         let mut motion = match self.propagation {
-            Propagation::Phases(run, _) => run.state.trajectory,
+            Propagation::Phases(run) => run.state.trajectory,
             Propagation::Panels(march) => march.into_motion(),
         };
         match self.stopped {

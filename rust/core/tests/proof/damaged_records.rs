@@ -1,29 +1,71 @@
 //! Records of motions and orbits: what they keep comes back to the last bit, and what no run leaves behind is refused.
 
+use std::sync::Arc;
+
 use stickslip_core::contact::EventKind;
-use stickslip_core::cycles::attractors::{Search, settle};
-use stickslip_core::cycles::orbits::{CycleRecord, OrbitFailure};
-use stickslip_core::transient::{Accumulation, Grazing, TrajectoryRecord};
+use stickslip_core::cycles::orbits::CycleRecord;
+use stickslip_core::linalg::SparseMatrix;
+use stickslip_core::scene::Mass;
+use stickslip_core::transient::{Accumulation, Event, Grazing, MotionRecord, TrajectoryRecord};
 use stickslip_core::{
-    Attractor, ContactInput, Cycle, Error, Method, RunFailure, StopReason, Trajectory,
+    Combination, ContactInput, Cycle, Direction, Error, Method, Propagators, RunFailure,
+    SceneInput, StopReason, Trajectory,
 };
 
-use crate::models::{belt, block, propagators, run, state};
+use crate::models::{belt, block, contact, cycle, propagators, run, state};
+
+type Recorded = (Arc<Propagators>, TrajectoryRecord);
 
 /// Bounces that come to rest, then stick and slip.
-fn record() -> (std::sync::Arc<stickslip_core::Propagators>, TrajectoryRecord) {
+fn bouncing(method: Method) -> Recorded {
     let scene = propagators(block(ContactInput { restitution: 0.5, ..belt() }));
-    let trajectory = run(&scene, &state(&[0.0, 0.1], &[0.5, 0.0], "d"), 60.0, Method::Auto);
+    let trajectory = run(&scene, &state(&[0.0, 0.1], &[0.5, 0.0], "d"), 60.0, method);
     let record = trajectory.record();
     (scene, record)
 }
 
+/// Two blocks that nothing couples.
+fn parts() -> Recorded {
+    let second = ContactInput {
+        tangential: Some(Direction::Dof(2)),
+        normal: Some(Direction::Dof(3)),
+        slider_speed: 0.2,
+        ..belt()
+    };
+    let input = SceneInput {
+        mass: Mass::Lumped(vec![1.0; 4]),
+        stiffness: SparseMatrix::diagonal(&[1.0, 1.0, 2.0, 1.0]),
+        force: vec![0.0, -1.0, 0.0, -1.0],
+        contacts: vec![belt(), second],
+        ..block(contact(0, 1))
+    };
+    let scene = propagators(input);
+    let start = state(&[0.1, 0.0, 0.2, 0.0], &[0.1, 0.0, 0.2, 0.0], "ss");
+    let record = run(&scene, &start, 60.0, Method::Auto).record();
+    (scene, record)
+}
+
+fn orbit() -> (Arc<Propagators>, Cycle) {
+    let scene = propagators(block(belt()));
+    let cycle = cycle(&scene, &state(&[0.2, 0.0], &[0.1, 0.0], "s"), 60.0, Method::Auto);
+    (scene, cycle)
+}
+
+fn combination(letters: &str) -> Combination {
+    Combination::parse(letters, letters.len()).expect("letters of statuses")
+}
+
 #[test]
 fn a_motion_comes_back_to_the_last_bit() {
-    let (scene, record) = record();
-    assert!(!record.accumulations.is_empty() && record.event_time.len() > 5);
-    let again = Trajectory::from_record(&scene, record.clone()).expect("an undamaged record");
-    assert_eq!(again.record(), record);
+    for (scene, record) in [bouncing(Method::Auto), bouncing(Method::Local), parts()] {
+        let read = TrajectoryRecord::from_bytes(&record.to_bytes()).expect("undamaged bytes");
+        assert_eq!(read.to_bytes(), record.to_bytes());
+        let again = Trajectory::from_record(&scene, read).expect("an undamaged record");
+        assert_eq!(again.record(), record);
+    }
+    let (scene, record) = bouncing(Method::Auto);
+    assert!(!record.whole.accumulations.is_empty() && record.whole.events.len() > 5);
+    let again = Trajectory::from_record(&scene, record).expect("an undamaged record");
     let original = run(&scene, &state(&[0.0, 0.1], &[0.5, 0.0], "d"), 60.0, Method::Auto);
     let times: Vec<f64> = (0..=600).map(|k| 0.1 * f64::from(k)).collect();
     let (a, b) = (original.sample(&times).expect("times"), again.sample(&times).expect("times"));
@@ -31,10 +73,73 @@ fn a_motion_comes_back_to_the_last_bit() {
     assert_eq!((a.normal_force, a.friction_force), (b.normal_force, b.friction_force));
 }
 
+/// Why a motion ended comes back in its words.
+#[test]
+fn reasons_come_back_in_their_words() {
+    let (scene, whole) = bouncing(Method::Auto);
+    let failure = RunFailure::NegativeFriction { contact: 0, time: 1.0 };
+    let chattering = StopReason::Chattering { contact: 1 }.to_string();
+    assert_eq!(chattering, "contact 1 changes status without end at one instant");
+    for reason in [
+        StopReason::Failed(failure),
+        StopReason::Chattering { contact: 0 },
+        StopReason::MaxEvents,
+        StopReason::Unbounded,
+    ] {
+        let words = reason.to_string();
+        let mut record = whole.clone();
+        record.whole.stop_reason = reason.clone();
+        let read = TrajectoryRecord::from_bytes(&record.to_bytes()).expect("undamaged bytes");
+        let again = Trajectory::from_record(&scene, read).expect("an undamaged record");
+        assert_eq!(
+            (again.stop_reason.to_string(), again.stop_reason.name()),
+            (words, reason.name())
+        );
+    }
+}
+
+/// The form of records is that of their format. Where this fails, `FORMAT` in `record_format.rs` counts up, and the number here
+/// with it.
+#[test]
+fn the_form_of_records_has_its_format() {
+    let event = Event { time: 0.0, contact: 300, kind: EventKind::Exhausted, phase: 2 };
+    let motion = TrajectoryRecord {
+        whole: MotionRecord {
+            bases: vec![(combination("+-sd"), vec![Method::Auto, Method::Local])],
+            events: vec![event],
+            stop_reason: StopReason::Failed(RunFailure::Recorded("no".into())),
+            ..MotionRecord::default()
+        },
+        parts: Vec::new(),
+    };
+    let expected = [
+        // Kind and format.
+        &[6][..],
+        b"motion",
+        &[1],
+        // One basis of four statuses and two methods; no phases, states or local march.
+        &[1, 4, 0, 1, 2, 3, 2, 0, 3],
+        &[0; 3],
+        // One event: time, contact, kind, phase.
+        &[1],
+        &[0; 8],
+        &[0xac, 2, 10, 2],
+        // No touches and limits, seven counters, the reason, the end, no parts.
+        &[0; 2],
+        &[0; 7],
+        &[7, 2],
+        b"no",
+        &[0; 8],
+        &[0],
+    ];
+    let expected = expected.concat();
+    assert_eq!(motion.to_bytes(), expected);
+}
+
 #[test]
 fn damaged_motions_are_refused() {
-    let (scene, whole) = record();
-    type Damage = fn(&mut TrajectoryRecord);
+    let (scene, whole) = bouncing(Method::Auto);
+    type Damage = fn(&mut MotionRecord);
     let touch = Grazing {
         time: 1.0,
         contact: 0,
@@ -43,31 +148,28 @@ fn damaged_motions_are_refused() {
         uncertainty: 1e-15,
     };
     let damages: Vec<(&str, Damage)> = vec![
-        ("no phase", |r| r.phase_basis.clear()),
-        ("a phase without its start", |r| r.phase_start.truncate(r.phase_start.len() - 1)),
-        ("a phase without its low part", |r| r.phase_rest.truncate(r.phase_rest.len() - 1)),
+        ("no phase", |r| r.phases.clear()),
+        ("a phase too few", |r| r.phases.truncate(r.phases.len() - 1)),
         ("a state cut short", |r| r.states.truncate(r.states.len() - 1)),
         ("a state too many", |r| r.states.push(0.0)),
         ("a state that is no number", |r| r.states[3] = f64::NAN),
         ("an infinite state", |r| r.states[0] = f64::INFINITY),
-        ("a start that is no number", |r| r.phase_start[1] = f64::NAN),
-        ("a low part that is no number", |r| r.phase_rest[1] = f64::NAN),
-        ("a first phase that begins later", |r| r.phase_start[0] = 1e-3),
-        ("phases out of order", |r| r.phase_start.swap(1, 3)),
-        ("phases after the end", |r| r.end = 0.5 * r.phase_start[2]),
+        ("a start that is no number", |r| r.phases[1].start = f64::NAN),
+        ("a low part that is no number", |r| r.phases[1].rest = f64::NAN),
+        ("a first phase that begins later", |r| r.phases[0].start = 1e-3),
+        ("a first phase that begins before", |r| r.phases[0].start = -0.0),
+        ("phases out of order", |r| r.phases.swap(1, 3)),
+        ("phases after the end", |r| r.end = 0.5 * r.phases[2].start),
         ("an infinite end", |r| r.end = f64::INFINITY),
-        ("a basis that is not there", |r| r.phase_basis[1] = 99),
-        ("a combination of two contacts", |r| r.bases[0].0 = "dd".into()),
-        ("a combination of unknown letters", |r| r.bases[0].0 = "x".into()),
+        ("a basis that is not there", |r| r.phases[1].basis = 99),
+        ("a combination of two contacts", |r| r.bases[0].0 = combination("dd")),
         ("a basis without a method", |r| r.bases[0].1.clear()),
         ("a basis of two blocks", |r| r.bases[0].1.push(Method::Auto)),
-        ("an unknown contact", |r| r.event_contact[0] = 1),
-        ("an event without a contact", |r| r.event_contact.truncate(r.event_contact.len() - 1)),
-        ("an event without a kind", |r| r.event_kind.truncate(r.event_kind.len() - 1)),
-        ("an event without a phase", |r| r.event_phase.truncate(r.event_phase.len() - 1)),
-        ("an event at the start", |r| r.event_phase[0] = 0),
-        ("an event after all phases", |r| *r.event_phase.last_mut().expect("events") = 10_000),
-        ("an event between phases", |r| r.event_time[1] += 1e-9),
+        ("an unknown contact", |r| r.events[0].contact = 1),
+        ("an event at the start", |r| r.events[0].phase = 0),
+        ("an event after all phases", |r| r.events.last_mut().expect("events").phase = 10_000),
+        ("an event between phases", |r| r.events[1].time += 1e-9),
+        ("events out of order", |r| r.events.reverse()),
         ("a limit of no bounces", |r| r.accumulations[0].event = 0),
         ("a limit of an event that is not there", |r| r.accumulations[0].event = 10_000),
         ("a limit with a negative error", |r| r.accumulations[0].error = -1.0),
@@ -80,13 +182,14 @@ fn damaged_motions_are_refused() {
             r.stop_reason = StopReason::Chattering { contact: 7 };
         }),
     ];
-    let refused = |what: &str, record: TrajectoryRecord| {
+    let refused = |what: &str, motion: MotionRecord| {
+        let record = TrajectoryRecord { whole: motion, parts: Vec::new() };
         let found = Trajectory::from_record(&scene, record);
         let told = matches!(found, Err(Error::Record { .. } | Error::Combination { .. }));
         assert!(told, "{what}: {:?}", found.map(|run| run.end));
     };
     for (what, damage) in damages {
-        let mut record = whole.clone();
+        let mut record = whole.whole.clone();
         damage(&mut record);
         refused(what, record);
     }
@@ -97,72 +200,80 @@ fn damaged_motions_are_refused() {
         ("a touch that is no number", Grazing { value: f64::NAN, ..touch }),
         ("a touch with an infinite bound", Grazing { uncertainty: f64::INFINITY, ..touch }),
     ] {
-        refused(what, TrajectoryRecord { grazings: vec![touch], ..whole.clone() });
+        refused(what, MotionRecord { grazings: vec![touch], ..whole.whole.clone() });
     }
     // The same touch undamaged is none of these.
-    let sound = TrajectoryRecord { grazings: vec![touch], ..whole.clone() };
+    let sound = MotionRecord { grazings: vec![touch], ..whole.whole };
+    let sound = TrajectoryRecord { whole: sound, parts: Vec::new() };
     assert!(Trajectory::from_record(&scene, sound).is_ok());
 }
 
 #[test]
-fn damaged_orbits_are_refused() {
-    let scene = propagators(block(belt()));
-    let search =
-        Search { stretch: 60.0, limit: 120.0, method: Method::Auto, cancel: None, deadline: None };
-    let start = state(&[0.2, 0.0], &[0.1, 0.0], "s");
-    let (found, _) = settle(&scene, &start, search).expect("a well-posed start");
-    let Attractor::Cycle(found) = found else { panic!("no cycle") };
-    let whole = found.cycle.record();
-    let again = Cycle::from_record(&scene, &whole).expect("an undamaged record");
-    assert_eq!(again.record(), whole);
-    assert_eq!(again.multipliers.values, found.cycle.multipliers.values);
-    type Damage = fn(&mut CycleRecord);
+fn damaged_parts_are_refused() {
+    let (scene, whole) = parts();
+    type Damage = fn(&mut TrajectoryRecord);
     let damages: Vec<(&str, Damage)> = vec![
-        ("no phase", |r| {
-            r.combinations.clear();
-            r.states.clear();
-            r.durations.clear();
-            r.contacts.clear();
-            r.kinds.clear();
-            r.series.clear();
+        ("a part too few", |r| r.parts.truncate(1)),
+        ("a part too many", |r| r.parts.push(r.parts[0].clone())),
+        ("the whole as a part", |r| r.parts[0] = r.whole.clone()),
+        ("a part without its first phase", |r| r.parts[0].phases.truncate(1)),
+        ("a part that ends too early", |r| r.parts[1].end = 0.5 * r.whole.end),
+        ("an end after those of the parts", |r| r.whole.end *= 2.0),
+        ("an end that is no number", |r| r.whole.end = f64::NAN),
+        ("other phases than those of the parts", |r| r.whole.counters.phases += 1),
+        ("chattering of an unknown contact", |r| {
+            r.whole.stop_reason = StopReason::Chattering { contact: 2 };
         }),
-        ("a state cut short", |r| r.states.truncate(r.states.len() - 1)),
-        ("a state that is no number", |r| r.states[0] = f64::NAN),
-        ("a phase without a duration", |r| r.durations.truncate(r.durations.len() - 1)),
-        ("a negative duration", |r| {
-            r.durations[0] = -1.0;
-            r.period = r.durations.iter().sum();
-        }),
-        ("a duration that is no number", |r| r.durations[0] = f64::NAN),
-        ("a period that is not their sum", |r| r.period += 1e-3),
-        ("a period that is no number", |r| r.period = f64::NAN),
-        ("no period", |r| {
-            r.period = 0.0;
-            r.durations.fill(0.0);
-        }),
-        ("a residual that is no number", |r| r.residual = f64::NAN),
-        ("an unknown contact", |r| r.contacts[0] = 1),
-        ("a phase without an event", |r| r.kinds.truncate(r.kinds.len() - 1)),
-        ("a series of an unknown contact", |r| r.series[0] = vec![3]),
-        ("a series that closes alone", |r| r.series[0] = vec![0]),
-        ("an event that its status can not have", |r| r.kinds[0] = EventKind::Impact),
-        ("an event that ends every motion", |r| {
-            let slip_ends = r.kinds.iter().position(|&kind| kind == EventKind::Velocity);
-            r.kinds[slip_ends.expect("a phase of slip")] = EventKind::Exhausted;
-        }),
-        ("an unknown combination", |r| r.combinations[0] = "?".into()),
-        ("a combination of two contacts", |r| r.combinations[0] = "ss".into()),
     ];
     for (what, damage) in damages {
         let mut record = whole.clone();
         damage(&mut record);
-        let found = Cycle::from_record(&scene, &record);
-        let told = matches!(
-            found,
-            Err(OrbitFailure::Failed(RunFailure::Input(
-                Error::Record { .. } | Error::Combination { .. }
-            )))
-        );
-        assert!(told, "{what}: {:?}", found.map(|cycle| cycle.orbit.period));
+        assert!(Trajectory::from_record(&scene, record).is_err(), "{what}");
     }
+}
+
+/// Every place of some bytes with other values, and every length.
+fn damaged(bytes: &[u8]) -> impl Iterator<Item = Vec<u8>> + '_ {
+    let changed = (0..bytes.len()).flat_map(move |place| {
+        [0, 1, 0x40, 0x7f, 0x80, 0xff, bytes[place] ^ 1].into_iter().map(move |value| {
+            let mut damaged = bytes.to_vec();
+            damaged[place] = value;
+            damaged
+        })
+    });
+    changed.chain((0..bytes.len()).map(|end| bytes[..end].to_vec()))
+}
+
+/// Damaged bytes are refused or give a motion, which can be looked at.
+#[test]
+fn damaged_bytes_do_no_harm() {
+    for (scene, record) in [bouncing(Method::Auto), bouncing(Method::Local), parts()] {
+        let bytes = record.to_bytes();
+        let mut read = 0;
+        for damaged in damaged(&bytes) {
+            let Ok(record) = TrajectoryRecord::from_bytes(&damaged) else { continue };
+            read += 1;
+            let Ok(run) = Trajectory::from_record(&scene, record) else { continue };
+            if run.end > 1e3 {
+                continue;
+            }
+            let times = [0.0, 0.3 * run.end, run.end];
+            run.sample(&times).expect("times within the motion");
+            run.record();
+        }
+        assert!(read > bytes.len(), "{read}");
+    }
+    let (scene, cycle) = orbit();
+    for damaged in damaged(&cycle.record().to_bytes()) {
+        let Ok(record) = CycleRecord::from_bytes(&damaged) else { continue };
+        let _ = Cycle::from_record(&scene, record);
+    }
+}
+
+#[test]
+fn records_of_another_kind_are_refused() {
+    let (_, motion) = bouncing(Method::Auto);
+    let (_, cycle) = orbit();
+    assert!(CycleRecord::from_bytes(&motion.to_bytes()).is_err());
+    assert!(TrajectoryRecord::from_bytes(&cycle.record().to_bytes()).is_err());
 }

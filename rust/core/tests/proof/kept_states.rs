@@ -23,7 +23,7 @@ fn samples(run: &Trajectory, times: impl Iterator<Item = usize>) -> Vec<u64> {
 
 fn record(run: &Trajectory) -> TrajectoryRecord {
     let mut record = run.record();
-    record.counters = Default::default();
+    record.whole.counters = Default::default();
     record
 }
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::{Damping, Link, Mass, Springs, Subsystem, chain};
 use stickslip_core::{
-    Combination, ContactInput, Controls, Direction, Method, Propagators, Scene, SceneInput, State,
-    Trajectory, simulate,
+    Attractor, Combination, ContactInput, Controls, Cycle, Direction, Method, Propagators, Scene,
+    SceneInput, State, Trajectory, simulate,
 };
 
 /// A contact with tangential and normal dof, as hard as it comes: no friction, a slider at rest, no bounce, no gap.
@@ -102,4 +103,13 @@ pub fn run(
     method: Method,
 ) -> Trajectory {
     simulate(propagators, start, duration, method, Controls::default()).expect("a run")
+}
+
+/// The cycle that a motion settles to, looked for after `stretch` s at first.
+pub fn cycle(propagators: &Arc<Propagators>, start: &State, stretch: f64, method: Method) -> Cycle {
+    let search = Search { stretch, limit: 40.0 * stretch, method, cancel: None, deadline: None };
+    match settle(propagators, start, search).expect("a well-posed start") {
+        (Attractor::Cycle(found), _) => found.cycle,
+        (other, _) => panic!("no cycle but {other:?}"),
+    }
 }

@@ -7,26 +7,11 @@
 use std::sync::Arc;
 
 use stickslip_core::contact::EventKind;
-use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::linalg::{DMatrix, SparseMatrix};
 use stickslip_core::scene::{Damping, Mass};
-use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, Trajectory};
+use stickslip_core::{Cycle, Method, Propagators, SceneInput, State, Trajectory};
 
-use crate::models::{belt, block, propagators, run, state, two_subsystems};
-
-fn cycle(propagators: &Arc<Propagators>, start: &State, stretch: f64) -> Cycle {
-    let search = Search {
-        stretch,
-        limit: 40.0 * stretch,
-        method: Method::Auto,
-        cancel: None,
-        deadline: None,
-    };
-    match settle(propagators, start, search).expect("a well-posed start") {
-        (Attractor::Cycle(found), _) => found.cycle,
-        (other, _) => panic!("no cycle but {other:?}"),
-    }
-}
+use crate::models::{belt, block, cycle, propagators, run, state, two_subsystems};
 
 /// Motions of a scene from disturbed states, in the units of an orbit.
 struct Differences<'a> {
@@ -123,21 +108,21 @@ fn slip_and_stick_of_a_block_that_is_tied_to_another() {
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())
     });
-    let found = cycle(&scene, &state(&[0.2, 0.0, 0.0], &[0.1, 0.0, 0.0], "s"), 60.0);
+    let found = cycle(&scene, &state(&[0.2, 0.0, 0.0], &[0.1, 0.0, 0.0], "s"), 60.0, Method::Auto);
     check(&scene, &found, &[EventKind::SlipPositive, EventKind::Velocity]);
 }
 
 #[test]
 fn the_published_model() {
     let scene = propagators(two_subsystems(1.5, 0.025));
-    let found = cycle(&scene, &pushed(&scene), 0.6);
+    let found = cycle(&scene, &pushed(&scene), 0.6, Method::Auto);
     check(&scene, &found, &[EventKind::SlipPositive, EventKind::Velocity]);
 }
 
 #[test]
 fn release_and_impact() {
     let scene = propagators(two_subsystems(2.2, 0.05));
-    let found = cycle(&scene, &pushed(&scene), 0.6);
+    let found = cycle(&scene, &pushed(&scene), 0.6, Method::Auto);
     check(&scene, &found, &[EventKind::Release, EventKind::Impact]);
 }
 
@@ -153,7 +138,7 @@ fn bounces_and_friction_of_impacts() {
         input.impact_friction = impact_friction;
         input.contacts.iter_mut().for_each(|law| law.restitution = restitution);
         let scene = propagators(input);
-        let found = cycle(&scene, &pushed(&scene), 0.6);
+        let found = cycle(&scene, &pushed(&scene), 0.6, Method::Auto);
         check(&scene, &found, kinds);
     }
 }

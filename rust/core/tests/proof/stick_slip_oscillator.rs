@@ -11,27 +11,17 @@
 //! Sticking forgets everything but the time: all multipliers across the flow are zero.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use stickslip_core::contact::EventKind;
-use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::cycles::orbits::Stability;
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::{Damping, Mass};
-use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, StopReason};
+use stickslip_core::{Method, SceneInput, StopReason};
 
-use crate::models::{belt, block, propagators, run, state};
+use crate::models::{belt, block, cycle, propagators, run, state};
 
 /// `10 + 2 pi - 2 atan(5)`
 const PERIOD: f64 = 13.5363837732896;
-
-fn cycle(propagators: &Arc<Propagators>, start: &State, method: Method) -> Cycle {
-    let search = Search { stretch: 60.0, limit: 120.0, method, cancel: None, deadline: None };
-    match settle(propagators, start, search).expect("a well-posed start") {
-        (Attractor::Cycle(found), _) => found.cycle,
-        (other, _) => panic!("no cycle but {other:?}"),
-    }
-}
 
 #[test]
 fn period_amplitude_and_multipliers() {
@@ -39,7 +29,7 @@ fn period_amplitude_and_multipliers() {
     assert!((closed_form - PERIOD).abs() < 1e-13);
     let scene = propagators(block(belt()));
     for method in [Method::Modal, Method::Taylor] {
-        let cycle = cycle(&scene, &state(&[0.2, 0.0], &[0.1, 0.0], "s"), method);
+        let cycle = cycle(&scene, &state(&[0.2, 0.0], &[0.1, 0.0], "s"), 60.0, method);
         let orbit = &cycle.orbit;
         // Some roundings of the period.
         assert!((orbit.period - closed_form).abs() <= 16.0 * f64::EPSILON * closed_form);
@@ -105,7 +95,7 @@ fn multipliers_of_a_part_that_rests() {
     };
     let scene = propagators(input);
     let start = state(&[0.2, 0.0, 0.0], &[0.1, 0.0, 0.0], "s");
-    let cycle = cycle(&scene, &start, Method::Auto);
+    let cycle = cycle(&scene, &start, 60.0, Method::Auto);
     let expected = (-damping * PERIOD).exp();
     let angle = (stiffness - damping * damping).sqrt() * PERIOD;
     let transverse = &cycle.multipliers.transverse;

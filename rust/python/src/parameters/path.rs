@@ -13,7 +13,7 @@ use stickslip_core as core;
 
 use crate::convert::{dense, entries, from_rows, matrix, vector};
 use crate::errors::raise;
-use crate::interrupt::{detached, until_interrupted};
+use crate::interrupt::{computed, detached, until_interrupted};
 use crate::scene::model::Scene;
 
 /// Chebyshev coefficients (k, m, m).
@@ -126,8 +126,7 @@ impl Path {
                 }
             })
             .collect();
-        let inner = detached(py, || core::locus::Path::new(combination, size, pieces))?
-            .map_err(|error| raise(py, &error))?;
+        let inner = computed(py, || core::locus::Path::new(combination, size, pieces))?;
         Ok(Self::of(inner))
     }
 
@@ -144,10 +143,9 @@ impl Path {
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
         let ends: [&core::Scene; 2] = [scene.core(), other.core()];
-        let inner = detached(py, || {
+        let inner = computed(py, || {
             core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
-        })?
-        .map_err(|error| raise(py, &error))?;
+        })?;
         Ok(Self::of(inner))
     }
 
@@ -240,8 +238,7 @@ impl Path {
         values: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let verdicts = detached(py, || core::locus::verdicts_along(&self.inner, &values))?
-            .map_err(|error| raise(py, &error))?;
+        let verdicts = computed(py, || core::locus::verdicts_along(&self.inner, &values))?;
         verdict_arrays(py, verdicts, Some(&self.inner.combination))
     }
 }

@@ -10,7 +10,7 @@ use stickslip_core as core;
 
 use crate::convert::{MatrixInput, SparseParts, entries, from_rows, matrix, sparse_parts, vector};
 use crate::errors::raise;
-use crate::interrupt::detached;
+use crate::interrupt::{computed, detached};
 use crate::modes::{self, Reduced};
 use crate::scene::input::{
     ContactData, DampingInput, Laws, LoadData, MassInput, contact_inputs, friction_laws, loads,
@@ -161,8 +161,7 @@ impl Scene {
 
     fn modes<'py>(&self, py: Python<'py>, combination: &str) -> PyResult<Bound<'py, PyDict>> {
         let combination = self.combination(py, combination)?;
-        let found = detached(py, || core::Modes::new(self.core(), &combination))?
-            .map_err(|error| raise(py, &error))?;
+        let found = computed(py, || core::Modes::new(self.core(), &combination))?;
         modes::modes(py, self.core().dofs(), found)
     }
 
@@ -173,8 +172,7 @@ impl Scene {
         combination: &str,
     ) -> PyResult<[SparseParts<'py>; 3]> {
         let combination = self.combination(py, combination)?;
-        let matrices = detached(py, || core::modes::sparse_pencil(self.core(), &combination))?
-            .map_err(|error| raise(py, &error))?;
+        let matrices = computed(py, || core::modes::sparse_pencil(self.core(), &combination))?;
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }
 
@@ -208,8 +206,7 @@ impl Scene {
         let pairs =
             values.into_iter().zip(vectors).map(|(value, (right, left))| (value, right, left));
         let pairs = pairs.collect();
-        let judged = detached(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?
-            .map_err(|error| raise(py, &error))?;
+        let judged = computed(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?;
         modes::pairs(py, self.core().dofs(), &judged)
     }
 
@@ -221,8 +218,7 @@ impl Scene {
 
     /// The same, refused where a contact would pull.
     fn steady_sliding(&self, py: Python<'_>) -> PyResult<String> {
-        let combination =
-            detached(py, || self.core().steady_sliding())?.map_err(|error| raise(py, &error))?;
+        let combination = computed(py, || self.core().steady_sliding())?;
         Ok(combination.to_string())
     }
 
@@ -230,8 +226,7 @@ impl Scene {
         &self,
         py: Python<'py>,
     ) -> PyResult<(EquilibriumData<'py>, Option<bool>, Option<EquilibriumData<'py>>)> {
-        let (found, uniqueness) = detached(py, || self.core().steady_equilibrium())?
-            .map_err(|error| raise(py, &error))?;
+        let (found, uniqueness) = computed(py, || self.core().steady_equilibrium())?;
         let data = |found: core::scene::Equilibrium| {
             (
                 found.state.position.into_pyarray(py),
@@ -257,8 +252,7 @@ impl Scene {
         combination: StatusInput,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, &combination)?;
-        detached(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?
-            .map_err(|error| raise(py, &error))?;
+        computed(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?;
         Ok(())
     }
 

@@ -3,11 +3,11 @@
 
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::attractors::recurrence::{
-    Entry, Label, NEAR_RECURRENCE, Recurrence, condensed, judged, labels, steps,
+    Entry, Guess, Label, NEAR_RECURRENCE, Recurrence, condensed, labels, steps,
 };
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::saltation::Passage;
-use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
+use crate::cycles::orbits::orbit::{Scales, Step};
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
 
@@ -118,17 +118,8 @@ impl<'a> Strobe<'a> {
         head.state.clone_from(&before);
         head.duration -= from - run.phases[first].start;
         sequence.push(tail);
-        let orbit =
-            Orbit::solve(&run.propagators, search.method, sequence, periods, &|| search.is_over())
-                .ok()?;
-        let distance = |state: &[f64]| scales.distance(state, &orbit.steps[0].state);
-        let ago = self.state(count - rounds * periods)?;
-        let (now, ago) = (distance(&now), distance(&ago));
-        if !(now < NEAR_RECURRENCE)
-            || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period)
-        {
-            return None;
-        }
-        judged(orbit, search, now, ago, rounds)
+        let first = self.state(count - rounds * periods)?;
+        let guess = Guess { steps: sequence, load_periods: periods, scales, rounds };
+        guess.recurrence(run, search, [&now, &first])
     }
 }

@@ -141,38 +141,55 @@ fn candidate(
         return None;
     }
     let steps = steps(run, search, labels, before..last)?;
-    let orbit =
-        Orbit::solve(&run.propagators, search.method, steps, 0, &|| search.is_over()).ok()?;
-    let distance = |phase: usize| scales.distance(&run.phase_state(phase), &orbit.steps[0].state);
-    let (now, first) = (distance(last), distance(ends[count - rounds * period]));
-    if !(now < NEAR_RECURRENCE)
-        || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period)
-    {
-        return None;
-    }
-    if repeats_itself(&orbit) {
-        return None;
-    }
-    judged(rotated(orbit), search, now, first, rounds)
+    let [now, first] = [last, ends[count - rounds * period]].map(|phase| run.phase_state(phase));
+    let guess = Guess { steps, load_periods: 0, scales, rounds };
+    guess.recurrence(run, search, [&now, &first])
 }
 
-/// An orbit that a run is on or approaches, `now` away from it and some rounds before `first`.
-pub(super) fn judged(
-    orbit: Orbit,
-    search: Search<'_>,
-    now: f64,
-    first: f64,
-    rounds: usize,
-) -> Option<Recurrence> {
-    if search.is_over() || !follows(&orbit, search.controls()) {
-        return None;
+/// A guess of an orbit from the end of a run that repeats itself.
+pub(super) struct Guess {
+    pub steps: Vec<Step>,
+    /// Periods of the loads in time; 0 without such loads.
+    pub load_periods: usize,
+    pub scales: Scales,
+    /// How often the run repeats itself.
+    pub rounds: usize,
+}
+
+impl Guess {
+    /// The orbit near the guess, if the run is on it or approaches it, or may yet do so. Its states at the end and all rounds
+    /// before are `now` and `first`.
+    pub fn recurrence(
+        self,
+        run: &Trajectory,
+        search: Search<'_>,
+        [now, first]: [&[f64]; 2],
+    ) -> Option<Recurrence> {
+        let Self { steps, load_periods, scales, rounds } = self;
+        let is_over = || search.is_over();
+        let orbit =
+            Orbit::solve(&run.propagators, search.method, steps, load_periods, &is_over).ok()?;
+        let [now, first] = [now, first].map(|state| scales.distance(state, &orbit.steps[0].state));
+        let backwards = |step: &Step| step.duration < -INSTANT * orbit.period;
+        if !(now < NEAR_RECURRENCE) || orbit.steps.iter().any(backwards) {
+            return None;
+        }
+        let orbit = match load_periods {
+            0 if repeats_itself(&orbit) => return None,
+            0 => rotated(orbit),
+            // Its section is where the period of the loads begins.
+            _ => orbit,
+        };
+        if is_over() || !follows(&orbit, search.controls()) {
+            return None;
+        }
+        let cycle = Cycle::new(orbit, &is_over).ok()?;
+        let stable = cycle.stability == Stability::Stable;
+        let rate = cycle.multipliers.largest();
+        let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));
+        let approached = now < ON || stable && now < expected * first;
+        (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
     }
-    let cycle = Cycle::new(orbit).ok()?;
-    let stable = cycle.stability == Stability::Stable;
-    let rate = cycle.multipliers.largest();
-    let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));
-    let approached = now < ON || stable && now < expected * first;
-    (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
 }
 
 /// The phases of a range as steps of an orbit; None where they cannot be, or if the search is over.

@@ -5,14 +5,13 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::recurrence::{
-    NEAR_RECURRENCE, Recurrence, condensed, judged, labels, steps,
+    Guess, NEAR_RECURRENCE, Recurrence, condensed, labels, steps,
 };
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step};
-use crate::motion::method::Method;
 use crate::numerics::bracket::Bracket;
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
@@ -96,16 +95,13 @@ impl<'a> Turns<'a> {
         (time + after, self.flow.end(before, after))
     }
 
-    /// The orbit that closes the motion between two turns.
-    fn orbit(&self, turns: [usize; 2]) -> Result<Orbit, OrbitFailure> {
+    /// The orbit that closes the motion between two turns, as a guess.
+    fn step(&self, turns: [usize; 2]) -> Step {
         let [(from, state), (to, _)] = turns.map(|turn| self.at(turn));
         let (scene, combination) = (self.run.scene(), self.flow.combination().clone());
         let kind = EventKind::Turn;
         let passage = Passage::new(scene, &combination, self.contact, kind);
-        let step = Step { combination, state, duration: to - from, passage, kind };
-        Orbit::solve(&self.run.propagators, self.search.method, vec![step], 0, &|| {
-            self.search.is_over()
-        })
+        Step { combination, state, duration: to - from, passage, kind }
     }
 
     /// The cycle that the last turns are on or approach after `period` of them.
@@ -121,13 +117,10 @@ impl<'a> Turns<'a> {
         if !(scales.distance(&now, &before) < NEAR_RECURRENCE) {
             return None;
         }
-        let orbit = self.orbit([last - period, last]).ok()?;
-        let distance = |state: &[f64]| scales.distance(state, &orbit.steps[0].state);
-        let (now, first) = (distance(&now), distance(&self.at(last - rounds * period).1));
-        if !(now < NEAR_RECURRENCE) {
-            return None;
-        }
-        judged(orbit, self.search, now, first, rounds)
+        let steps = vec![self.step([last - period, last])];
+        let (_, first) = self.at(last - rounds * period);
+        let guess = Guess { steps, load_periods: 0, scales, rounds };
+        guess.recurrence(self.run, self.search, [&now, &first])
     }
 }
 
@@ -144,21 +137,25 @@ pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<
 
 /// The cycle that Newton's method finds from the end of a run, stable or not. The guess is the motion from the last earlier
 /// event that is like the last one to the last one, or between the last two turns of a run that ends without events.
-pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFailure> {
-    let search = Search { stretch: 0.0, limit: 0.0, method, cancel: None, deadline: None };
+pub fn closed(run: &Trajectory, search: Search<'_>) -> Result<Option<Cycle>, OrbitFailure> {
+    let is_over = || search.is_over();
     let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, search));
-    if let Some(turns) = smooth.filter(|turns| turns.found.len() > 1) {
-        let last = turns.found.len() - 1;
-        return Cycle::new(turns.orbit([last - 1, last])?).map(Some);
-    }
-    let labels = labels(run);
-    let sequence = condensed(&labels);
-    let Some(last) = sequence.last() else { return Ok(None) };
-    let like = sequence.iter().rev().skip(1).find(|entry| entry.label == last.label);
-    let Some(before) = like else { return Ok(None) };
-    let Some(steps) = steps(run, search, &labels, before.phase..last.phase) else {
-        return Ok(None);
+    let steps = match smooth.filter(|turns| turns.found.len() > 1) {
+        Some(turns) => {
+            let last = turns.found.len() - 1;
+            vec![turns.step([last - 1, last])]
+        }
+        None => {
+            let labels = labels(run);
+            let sequence = condensed(&labels);
+            let Some(last) = sequence.last() else { return Ok(None) };
+            let like = sequence.iter().rev().skip(1).find(|entry| entry.label == last.label);
+            let Some(before) = like else { return Ok(None) };
+            let found = steps(run, search, &labels, before.phase..last.phase);
+            let Some(steps) = found else { return Ok(None) };
+            steps
+        }
     };
-    Cycle::new(Orbit::solve(&run.propagators, search.method, steps, 0, &|| search.is_over())?)
-        .map(Some)
+    let orbit = Orbit::solve(&run.propagators, search.method, steps, 0, &is_over)?;
+    Cycle::new(orbit, &is_over).map(Some)
 }

@@ -10,7 +10,7 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// `h(y)` in one combination.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct EventValue {
     pub functional: Functional,
     /// The change per newton of each law of friction, by contact that slides by its law; empty if the laws add nothing.

@@ -15,9 +15,10 @@
 //! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::event_function::{EventFunction, ending, event_functions};
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, Set};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
 use crate::contact::transition;
@@ -31,14 +32,17 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// The event that ends a phase: its contact and its kind.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Passage {
     pub contact: usize,
     pub trigger: EventKind,
+    /// It follows from the scene, like the companions.
+    #[serde(skip)]
     event: EventValue,
     /// The contacts that close for good with the impact of `contact`; empty unless it ends a series over several contacts.
     pub series: Vec<usize>,
     /// The contacts whose directions depend on those of `contact` so that the same event happens to them at the same instant.
+    #[serde(skip)]
     pub companions: Vec<usize>,
 }
 
@@ -116,36 +120,23 @@ impl Passage {
         before: &Combination,
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
-        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
-            return Ok(());
-        }
-        let law = &scene.contacts[self.contact];
         if self.is_joint() {
             self.strike(scene, before, state)?;
             Closing::new(scene, before, self.contact, &self.series, state)?.close(state);
             return Ok(());
         }
-        let (q, u) = state.split_at_mut(scene.size);
-        match self.trigger {
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let law = &scene.contacts[contact];
-                u[law.tangential] = law.slider_speed;
-            }),
-            EventKind::Impact => self.strike(scene, before, state)?,
-            EventKind::Accumulation => {
-                q[law.normal] = law.closed();
-                u[law.normal] = 0.0;
-            }
-            EventKind::Closing => q[law.normal] = law.closed(),
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
+        if self.trigger == EventKind::Impact {
+            return self.strike(scene, before, state);
         }
+        let (q, u) = state.split_at_mut(scene.size);
+        self.sets(scene).for_each(|set| set.apply(q, u));
         Ok(())
+    }
+
+    /// What the event sets of its contact and of the companions.
+    fn sets<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = Set> + 'a {
+        let contacts = self.own().filter_map(|contact| scene.contacts.get(contact));
+        contacts.flat_map(|contact| self.trigger.sets(contact))
     }
 
     /// The impact of the contact, in place.
@@ -156,10 +147,11 @@ impl Passage {
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
         let (q, u) = state.split_at_mut(scene.size);
-        for law in self.own().map(|contact| &scene.contacts[contact]) {
-            q[law.normal] = law.closed();
-        }
         let struck: Vec<usize> = self.own().collect();
+        let contacts = struck.iter().map(|&contact| &scene.contacts[contact]);
+        contacts
+            .flat_map(|contact| EventKind::Impact.sets(contact))
+            .for_each(|set| set.apply(q, u));
         transition::impact(scene, before.statuses(), &struck, q, u)
     }
 
@@ -238,54 +230,32 @@ impl Passage {
             return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
         let mut matrix = DMatrix::identity(2 * n, 2 * n);
-        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
-            return Ok(SparseMatrix::from_dense(&matrix));
+        // The gap is zero at an impact; the time shift does the rest.
+        for entry in self.sets(scene).map(|set| set.entry(n)) {
+            matrix[(entry, entry)] = 0.0;
         }
-        let law = &scene.contacts[self.contact];
-        let (t, g) = (n + law.tangential, n + law.normal);
-        match self.trigger {
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
-            EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let t = n + scene.contacts[contact].tangential;
-                matrix[(t, t)] = 0.0;
-            }),
-            EventKind::Accumulation => {
-                matrix[(law.normal, law.normal)] = 0.0;
-                matrix[(g, g)] = 0.0;
-            }
-            EventKind::Impact => {
-                // The gap is zero at the event; the time shift does the rest.
-                for contact in self.own() {
-                    let normal = scene.contacts[contact].normal;
-                    matrix[(normal, normal)] = 0.0;
+        if self.trigger == EventKind::Impact {
+            let law = &scene.contacts[self.contact];
+            let (t, g) = (n + law.tangential, n + law.normal);
+            match &scene.coordinates.delassus {
+                Some(w) => {
+                    let struck: Vec<usize> = self.own().collect();
+                    coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
                 }
-                match &scene.coordinates.delassus {
-                    Some(w) => {
-                        let struck: Vec<usize> = self.own().collect();
-                        coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
-                    }
-                    None => {
-                        matrix[(g, g)] = -law.restitution;
-                        if scene.impact_friction && arrived[t] == law.slider_speed {
-                            matrix[(t, t)] = 0.0;
-                        } else if scene.impact_friction {
-                            // |g'| = -g' before an impact, and the law counts at the slip velocity then.
-                            let ratio = scene.mass.get(law.normal, law.normal)
-                                / scene.mass.get(law.tangential, law.tangential);
-                            let slip = (end[t] - law.slider_speed).signum();
-                            let impulse = (1.0 + law.restitution) * ratio;
-                            let slope = scene.friction_slope(self.contact, &end[n..]);
-                            matrix[(t, t)] = 1.0 + slope * impulse * end[g];
-                            matrix[(t, g)] =
-                                slip * scene.friction_at(self.contact, &end[n..]) * impulse;
-                        }
+                None => {
+                    matrix[(g, g)] = -law.restitution;
+                    if scene.impact_friction && arrived[t] == law.slider_speed {
+                        matrix[(t, t)] = 0.0;
+                    } else if scene.impact_friction {
+                        // |g'| = -g' before an impact, and the law counts at the slip velocity then.
+                        let ratio = scene.mass.get(law.normal, law.normal)
+                            / scene.mass.get(law.tangential, law.tangential);
+                        let slip = (end[t] - law.slider_speed).signum();
+                        let impulse = (1.0 + law.restitution) * ratio;
+                        let slope = scene.friction_slope(self.contact, &end[n..]);
+                        matrix[(t, t)] = 1.0 + slope * impulse * end[g];
+                        matrix[(t, g)] =
+                            slip * scene.friction_at(self.contact, &end[n..]) * impulse;
                     }
                 }
             }
@@ -347,4 +317,92 @@ fn companions(
         functions.iter().filter(|other| same(other)).map(|other| other.contact).collect();
     found.dedup();
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    fn scene(mass: Mass, impact_friction: bool) -> Scene {
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
+            friction: 0.5,
+            static_friction: 0.7,
+            slider_speed: 0.1,
+            restitution: 0.3,
+            gap: 0.2,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass,
+            stiffness: SparseMatrix::diagonal(&[3.0, 5.0]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0, -2.0],
+            contacts: vec![contact],
+            impact_friction,
+            loads: Default::default(),
+        };
+        Scene::new(input).expect("well-posed")
+    }
+
+    /// Jumps are piecewise linear, so that differences have rounding alone.
+    #[test]
+    fn the_matrix_of_a_jump_is_its_derivative() {
+        const STEP: f64 = 1e-4;
+        let coupled = Mass::Full(DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.5]));
+        let lumped = Mass::Lumped(vec![1.0, 1.5]);
+        for (mass, impact_friction) in [(lumped.clone(), false), (lumped, true), (coupled, true)] {
+            let scene = scene(mass, impact_friction);
+            let law = &scene.contacts[0];
+            for (kind, letter, [slip, approach]) in [
+                (EventKind::Velocity, "-", [0.0, 0.0]),
+                (EventKind::Release, "+", [-0.4, 0.0]),
+                (EventKind::SlipPositive, "s", [0.0, 0.0]),
+                (EventKind::SlipNegative, "s", [0.0, 0.0]),
+                (EventKind::Impact, "d", [0.6, -0.4]),
+                (EventKind::Impact, "d", [-0.6, -0.4]),
+                (EventKind::Impact, "d", [0.01, -0.4]),
+                (EventKind::Accumulation, "d", [0.6, -0.4]),
+            ] {
+                if kind == EventKind::Accumulation && scene.contacts_coupled() {
+                    continue;
+                }
+                let combination = Combination::parse(letter, 1).expect("a letter");
+                let passage = Passage::new(&scene, &combination, 0, kind);
+                let jumped = |mut state: Vec<f64>| {
+                    passage.jump(&scene, &combination, &mut state).expect("a jump");
+                    state
+                };
+                let mut end = vec![0.3; 4];
+                end[law.normal] = law.closed();
+                end[2 + law.tangential] = law.slider_speed + slip;
+                end[2 + law.normal] = approach;
+                let arrived = jumped(end.clone());
+                let matrix = passage.jump_matrix(&scene, &combination, &end, &arrived);
+                let matrix = matrix.expect("a jump").to_dense();
+                for column in 0..4 {
+                    let moved = |step: f64| {
+                        let mut state = end.clone();
+                        state[column] += step;
+                        jumped(state)
+                    };
+                    let (above, below) = (moved(STEP), moved(-STEP));
+                    for row in 0..4 {
+                        let slope = (above[row] - below[row]) / (2.0 * STEP);
+                        let error = (slope - matrix[(row, column)]).abs();
+                        // Rounding of states of size 1 over the step.
+                        assert!(
+                            error <= 16.0 * f64::EPSILON / STEP,
+                            "{kind:?} {row} {column}: {error:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

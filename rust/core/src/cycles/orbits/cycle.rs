@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::event::EventValue;
 use crate::cycles::orbits::floquet::Multipliers;
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, go_on};
 use crate::error::input::Error;
 use crate::motion::propagators::Propagators;
 use crate::numerics::bracket::Bracket;
@@ -120,11 +120,11 @@ impl fmt::Display for Stability {
 }
 
 impl Cycle {
-    /// Computes multipliers, stability and extremes of an orbit.
-    pub fn new(orbit: Orbit) -> Result<Self, OrbitFailure> {
-        let multipliers = orbit.multipliers()?;
+    /// Computes multipliers, stability and extremes of an orbit; a failure as soon as `is_over`, which every phase asks.
+    pub fn new(orbit: Orbit, is_over: &dyn Fn() -> bool) -> Result<Self, OrbitFailure> {
+        let multipliers = orbit.multipliers(is_over)?;
         let stability = Stability::of(&orbit, &multipliers);
-        Ok(Self { extremes: orbit.extremes()?, multipliers, stability, orbit })
+        Ok(Self { extremes: orbit.extremes(is_over)?, multipliers, stability, orbit })
     }
 }
 
@@ -189,8 +189,12 @@ impl Orbit {
         Ok(trajectory)
     }
 
-    /// The orbit with the same event sequence in another scene.
-    pub fn continued(&self, propagators: &Arc<Propagators>) -> Result<Self, OrbitFailure> {
+    /// The orbit with the same event sequence in another scene; a failure as soon as `is_over`, which every phase asks.
+    pub fn continued(
+        &self,
+        propagators: &Arc<Propagators>,
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
         let loads = [scene, self.scene()].map(|scene| scene.size - scene.structure());
         if loads[0] != loads[1] {
@@ -216,7 +220,7 @@ impl Orbit {
             }
             .into());
         }
-        Self::solve(propagators, self.method, self.steps.clone(), self.load_periods, &|| false)
+        Self::solve(propagators, self.method, self.steps.clone(), self.load_periods, is_over)
     }
 
     fn grid(&self, duration: f64) -> usize {
@@ -224,7 +228,7 @@ impl Orbit {
     }
 
     /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
-    pub fn extremes(&self) -> Result<Extremes, Error> {
+    fn extremes(&self, is_over: &dyn Fn() -> bool) -> Result<Extremes, OrbitFailure> {
         let scene = self.scene();
         let (coordinates, n) = (scene.size, scene.dofs);
         let mut extremes =
@@ -234,6 +238,7 @@ impl Orbit {
             scene.dof_state(q, u)
         };
         for (step, flow) in self.steps.iter().zip(self.flows()?) {
+            go_on(is_over)?;
             let count = self.grid(step.duration);
             let width = step.duration / count as f64;
             let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
@@ -261,10 +266,11 @@ impl Orbit {
     }
 
     /// The margins of all event functions over their phases, except those that end them.
-    pub fn margins(&self) -> Result<Vec<Margin>, Error> {
+    pub fn margins(&self, is_over: &dyn Fn() -> bool) -> Result<Vec<Margin>, OrbitFailure> {
         let mut margins = Vec::new();
         let times = self.times();
         for (index, (step, flow)) in self.steps.iter().zip(self.flows()?).enumerate() {
+            go_on(is_over)?;
             let count = self.grid(step.duration);
             let width = step.duration / count as f64;
             let at = |time: f64| {

@@ -65,9 +65,9 @@ impl Orbit {
     ///
     /// The product over a period has the rank of its narrowest factor at most, wherever it starts; the other
     /// multipliers are zero. It is formed from the narrowest admissible space on.
-    pub fn multipliers(&self) -> Result<Multipliers, OrbitFailure> {
+    pub fn multipliers(&self, is_over: &dyn Fn() -> bool) -> Result<Multipliers, OrbitFailure> {
         let flows = self.flows()?;
-        let pass = self.pass(&flows)?;
+        let pass = self.pass_until(&flows, is_over)?;
         let count = self.steps.len();
         let dimensions: Vec<usize> = flows.iter().map(|flow| flow.section.len()).collect();
         let losses: Vec<usize> = (0..count)

@@ -24,8 +24,7 @@ use num_complex::Complex64;
 
 use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::orbits::orbit::{Orbit, Step};
-use crate::error::input::Error;
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Step, go_on};
 use crate::modes::complex_modes::Modes;
 use crate::numerics::gauss::gauss_rule;
 use crate::numerics::phi::{exponential_and_phi, phi3};
@@ -35,6 +34,9 @@ use crate::numerics::phi::{exponential_and_phi, phi3};
 const PIECE: f64 = 8.0;
 /// Condition of the modes up to which the closed form is used: it loses about as many ulp.
 const CONDITION: f64 = 1e4;
+
+/// Harmonics of a phase between two looks at whether the computation is over.
+const PATIENCE: usize = 32;
 
 /// Coefficients c_0 .. c_count of every dof, harmonic by harmonic, m.
 pub struct Harmonics {
@@ -46,14 +48,20 @@ pub struct Harmonics {
 
 impl Orbit {
     /// Fourier coefficients `c_k` of the displacement of every dof, with
-    /// `x(t) = c_0 + 2 Re sum_k c_k e^{i k omega t}` and t = 0 at the section, for k = 0 .. count.
-    pub fn harmonics(&self, count: usize) -> Result<Harmonics, Error> {
+    /// `x(t) = c_0 + 2 Re sum_k c_k e^{i k omega t}` and t = 0 at the section, for k = 0 .. count; a failure as
+    /// soon as `is_over`, which every few dozen harmonics of a phase ask.
+    pub fn harmonics(
+        &self,
+        count: usize,
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<Harmonics, OrbitFailure> {
         let scene = self.scene();
         let (coordinates, n) = (scene.size, scene.structure());
         let flows = self.flows()?;
         let omega = std::f64::consts::TAU / self.period;
         let mut sums = vec![Complex64::default(); (count + 1) * n];
         let mut time = 0.0;
+        let look = |k: usize| if k.is_multiple_of(PATIENCE) { go_on(is_over) } else { Ok(()) };
         for (index, (step, flow)) in self.steps.iter().zip(&flows).enumerate() {
             let bare = scene.bare();
             let modes = match flow.panel() {
@@ -102,6 +110,7 @@ impl Orbit {
                     }
                 }
                 for k in 1..=count {
+                    look(k)?;
                     let s = omega * k as f64;
                     let shift = Complex64::new(0.0, -s * time).exp();
                     for (r, w) in w.iter().enumerate() {
@@ -120,6 +129,7 @@ impl Orbit {
                     (0..n).for_each(|k| sums[k] += weight * q[k]);
                 });
                 for k in 1..=count {
+                    look(k)?;
                     let s = omega * k as f64;
                     integrate(step, flow, fastest + s, |state, weight, t| {
                         let field = flow.field(state);

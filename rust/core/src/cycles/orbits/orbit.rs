@@ -15,6 +15,8 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Passage;
@@ -33,7 +35,7 @@ pub(crate) const INSTANT: f64 = 1e-11;
 const PARTS: usize = 5;
 
 /// One phase of a cycle and the event that ends it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Step {
     /// Status of every contact during the phase.
     pub combination: Combination,
@@ -50,6 +52,11 @@ impl Step {
     /// The contact of the event that ends the phase; none if the period of the loads ends it.
     pub const fn contact(&self) -> usize {
         self.passage.contact
+    }
+
+    /// The contacts that close with that event, where it ends a series over several contacts; else none.
+    pub fn series(&self) -> &[usize] {
+        &self.passage.series
     }
 
     /// The events that end it, by contact: one, or those of all contacts that close jointly.
@@ -90,12 +97,17 @@ pub enum OrbitFailure {
     /// Newton's method shrank the guess to a state that does not move.
     #[error("the orbit shrank to a steady state")]
     Vanished,
-    /// The search ended before the orbit was found: interrupted, or its time was over.
-    #[error("the search for the orbit was stopped")]
+    /// A computation ended before its result was there: interrupted, or its time was over.
+    #[error("the computation of the orbit was stopped")]
     Stopped,
     /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),
+}
+
+/// A failure as soon as a computation is over, interrupted or late.
+pub(crate) fn go_on(is_over: &dyn Fn() -> bool) -> Result<(), OrbitFailure> {
+    if is_over() { Err(OrbitFailure::Stopped) } else { Ok(()) }
 }
 
 impl From<Error> for OrbitFailure {

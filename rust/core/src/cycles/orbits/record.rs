@@ -1,8 +1,8 @@
 //! Orbits as plain numbers, from which, with the scene, they are restored to the last bit.
-//!
-//! Passages follow from the scene and are computed again.
 
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::linearization::saltation::Passage;
@@ -12,53 +12,68 @@ use crate::error::input::{Error, refused};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
-use crate::scene::status::Combination;
+use crate::transient::trajectory::record_format::{decoded, encoded};
 
 /// A [`Cycle`] without its scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleRecord {
-    /// How the phases are propagated.
-    pub method: Method,
-    /// Combination of each phase, one letter per contact.
-    pub combinations: Vec<String>,
-    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
-    pub states: Vec<f64>,
-    /// Length of each phase, s.
-    pub durations: Vec<f64>,
-    /// The contact and the kind of the event that ends each phase.
-    pub contacts: Vec<usize>,
-    /// Kind of the event that ends each phase.
-    pub kinds: Vec<EventKind>,
-    /// The contacts that close with it, where it ends a series of impacts over several contacts; else empty.
-    pub series: Vec<Vec<usize>>,
+    method: Method,
+    steps: Vec<Step>,
     /// Duration of one period, s.
-    pub period: f64,
+    period: f64,
     /// Largest mismatch between phases, relative to the range of the orbit, -.
-    pub residual: f64,
+    residual: f64,
 }
 
 impl CycleRecord {
+    /// What [`CycleRecord::from_bytes`] takes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        encoded("orbit", self)
+    }
+
+    /// The record in some bytes; [`Cycle::from_record`] says whether an orbit has it.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        decoded("orbit", bytes)
+    }
+
     /// Refuses a record that no orbit of the scene can have.
-    fn check(&self, scene: &Scene) -> Result<(), Error> {
-        let (count, width) = (self.combinations.len(), 2 * scene.size);
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        let whole: f64 = self.durations.iter().sum();
-        if count == 0
-            || self.states.len() != width * count
-            || self.durations.len() != count
-            || self.contacts.len() != count
-            || self.kinds.len() != count
-            || self.series.len() != count
-            || self.series.iter().flatten().any(|&contact| contact >= scene.contacts.len())
-            || self.contacts.iter().zip(&self.kinds).any(|(&contact, &kind)| {
-                contact >= scene.contacts.len() && (contact, kind) != (NO_CONTACT, EventKind::Load)
-            })
-            || !(finite(&self.states) && finite(&self.durations) && self.residual >= 0.0)
-            // The same sum in another order.
-            || !(self.period > 0.0 && (self.period - whole).abs() <= count as f64 * f64::EPSILON * self.period)
-            || self.durations.iter().any(|&duration| duration < -INSTANT * self.period)
+    fn check(&self, scene: &Scene, load_periods: usize) -> Result<(), Error> {
+        let contacts = scene.contacts.len();
+        let whole: f64 = self.steps.iter().map(|step| step.duration).sum();
+        let rounding = self.steps.len() as f64 * f64::EPSILON * self.period;
+        let fits = |step: &Step| {
+            step.state.len() == 2 * scene.size
+                && step.state.iter().chain([&step.duration]).all(|x| x.is_finite())
+                && step.duration >= -INSTANT * self.period
+        };
+        // The period is the same sum in another order.
+        if !(self.period > 0.0 && (self.period - whole).abs() <= rounding && self.residual >= 0.0)
+            || !self.steps.iter().all(fits)
         {
             return Err(refused("phases that do not fit each other or the scene"));
+        }
+        let last = self.steps.len() - 1;
+        for (k, Step { combination, passage, kind, .. }) in self.steps.iter().enumerate() {
+            scene.check_combination(combination)?;
+            let Passage { contact, trigger, series, .. } = passage;
+            let ends = match *contact {
+                NO_CONTACT => *kind == EventKind::Load && load_periods > 0 && k == last,
+                contact => contact < contacts && kind.can_end(combination.statuses()[contact]),
+            };
+            let triggered = match kind {
+                EventKind::Jump => {
+                    matches!(trigger, EventKind::SlipPositive | EventKind::SlipNegative)
+                }
+                kind => kind == trigger,
+            };
+            let joins = *kind == EventKind::Accumulation && scene.contacts_coupled();
+            let joint = series.is_empty() || joins && series.iter().all(|&one| one < contacts);
+            if !(ends && triggered && joint) {
+                return Err(refused("events that do not fit the phases they end"));
+            }
+        }
+        if (self.steps[last].kind == EventKind::Load) != (load_periods > 0) {
+            return Err(refused("a period that does not fit the loads of the scene"));
         }
         Ok(())
     }
@@ -67,80 +82,104 @@ impl CycleRecord {
 impl Cycle {
     /// What [`Cycle::from_record`] takes.
     pub fn record(&self) -> CycleRecord {
-        let steps = &self.orbit.steps;
-        CycleRecord {
-            method: self.orbit.method,
-            combinations: steps.iter().map(|step| step.combination.to_string()).collect(),
-            states: steps.iter().flat_map(|step| step.state.iter().copied()).collect(),
-            durations: steps.iter().map(|step| step.duration).collect(),
-            contacts: steps.iter().map(|step| step.passage.contact).collect(),
-            kinds: steps.iter().map(|step| step.kind).collect(),
-            series: steps.iter().map(|step| step.passage.series.clone()).collect(),
-            period: self.orbit.period,
-            residual: self.orbit.residual,
-        }
+        let Orbit { method, period, residual, .. } = self.orbit;
+        CycleRecord { method, steps: self.orbit.steps.clone(), period, residual }
     }
 
     /// The orbit that a record was made of, in the same scene.
     pub fn from_record(
         propagators: &Arc<Propagators>,
-        record: &CycleRecord,
+        record: CycleRecord,
     ) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
-        let (count, width) = (record.combinations.len(), 2 * scene.size);
-        record.check(scene)?;
         let load_periods = scene
             .load_period()?
             .map_or(0, |period| (record.period / period).round().max(1.0) as usize);
-        let ends = record.kinds[count - 1] == EventKind::Load;
-        if ends != (load_periods > 0) {
-            return Err(refused("a period that does not fit the loads of the scene").into());
+        record.check(scene, load_periods)?;
+        let CycleRecord { method, steps, period, residual } = record;
+        let propagators = Arc::clone(propagators);
+        let mut orbit = Orbit { propagators, method, steps, period, load_periods, residual };
+        // The derivatives of passages follow from the scene.
+        orbit.transfer();
+        Self::new(orbit, &|| false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cycles::attractors::{Attractor, Search, settle};
+    use crate::error::run::RunFailure;
+    use crate::scene::status::{Combination, Status};
+    use crate::transient::batch::tests::{job, oscillator};
+
+    #[test]
+    fn damaged_orbits_are_refused() {
+        let scene = oscillator(20.0);
+        let start = job(&scene).start.expect("given");
+        let propagators = Arc::new(Propagators::new(scene));
+        let search =
+            Search { stretch: 1.0, limit: 9.0, method: Method::Auto, cancel: None, deadline: None };
+        let (found, _) = settle(&propagators, &start, search).expect("a well-posed start");
+        let Attractor::Cycle(found) = found else { panic!("no cycle") };
+        let whole = found.cycle.record();
+        assert!(whole.steps.len() > 1);
+        let again = CycleRecord::from_bytes(&whole.to_bytes()).expect("undamaged bytes");
+        let again = Cycle::from_record(&propagators, again).expect("an undamaged record");
+        assert_eq!(again.record().to_bytes(), whole.to_bytes());
+        assert_eq!(again.multipliers.values, found.cycle.multipliers.values);
+        type Damage = fn(&mut CycleRecord);
+        let damages: Vec<(&str, Damage)> = vec![
+            ("no phase", |r| r.steps.clear()),
+            ("a state cut short", |r| r.steps[0].state.truncate(3)),
+            ("a state that is no number", |r| r.steps[0].state[0] = f64::NAN),
+            ("a negative duration", |r| {
+                r.steps[0].duration = -1.0;
+                r.period = r.steps.iter().map(|step| step.duration).sum();
+            }),
+            ("a duration that is no number", |r| r.steps[0].duration = f64::NAN),
+            ("a period that is not their sum", |r| r.period += 1e-3),
+            ("a period that is no number", |r| r.period = f64::NAN),
+            ("no period", |r| {
+                r.period = 0.0;
+                r.steps.iter_mut().for_each(|step| step.duration = 0.0);
+            }),
+            ("a residual that is no number", |r| r.residual = f64::NAN),
+            ("an unknown contact", |r| r.steps[0].passage.contact = 1),
+            ("an end without a contact", |r| r.steps[0].passage.contact = NO_CONTACT),
+            ("a series of an unknown contact", |r| r.steps[0].passage.series = vec![3]),
+            ("a series that closes alone", |r| r.steps[0].passage.series = vec![0]),
+            ("another kind than what triggers it", |r| {
+                r.steps[0].passage.trigger = EventKind::Release;
+            }),
+            ("an event that its status can not have", |r| {
+                (r.steps[0].kind, r.steps[0].passage.trigger) =
+                    (EventKind::Impact, EventKind::Impact);
+            }),
+            ("a jump that does not slide", |r| {
+                let slips = r.steps.iter_mut().find(|step| step.kind != EventKind::Velocity);
+                let step = slips.expect("a phase that sticks");
+                (step.kind, step.passage.trigger) = (EventKind::Jump, EventKind::Jump);
+            }),
+            ("an event that ends every motion", |r| {
+                (r.steps[0].kind, r.steps[0].passage.trigger) =
+                    (EventKind::Exhausted, EventKind::Exhausted);
+            }),
+            ("a combination of two contacts", |r| {
+                r.steps[0].combination = Combination::new(vec![Status::Sticking; 2]);
+            }),
+        ];
+        for (what, damage) in damages {
+            let mut record = whole.clone();
+            damage(&mut record);
+            let found = Cycle::from_record(&propagators, record);
+            let told = matches!(
+                found,
+                Err(OrbitFailure::Failed(RunFailure::Input(
+                    Error::Record { .. } | Error::Combination { .. }
+                )))
+            );
+            assert!(told, "{what}: {:?}", found.map(|cycle| cycle.orbit.period));
         }
-        let steps = (0..count)
-            .map(|k| {
-                let (contact, kind) = (record.contacts[k], record.kinds[k]);
-                let combination =
-                    Combination::parse(&record.combinations[k], scene.contacts().len())?;
-                propagators.scene.check_combination(&combination)?;
-                let series = &record.series[k];
-                let is_joint = !series.is_empty();
-                let ends = match contact {
-                    NO_CONTACT => load_periods > 0 && k + 1 == count,
-                    contact => kind.can_end(combination.statuses()[contact]),
-                };
-                if !ends
-                    || is_joint && !(kind == EventKind::Accumulation && scene.contacts_coupled())
-                {
-                    return Err(refused("events that do not fit the phases they end"));
-                }
-                Ok(Step {
-                    state: record.states[width * k..width * (k + 1)].to_vec(),
-                    duration: record.durations[k],
-                    passage: match is_joint {
-                        true => Passage::joint(scene, &combination, contact, series.clone()),
-                        false if kind == EventKind::Jump => {
-                            let after = &record.combinations[(k + 1) % count];
-                            let trigger = match after.as_bytes().get(contact) {
-                                Some(b'+') => EventKind::SlipPositive,
-                                Some(b'-') => EventKind::SlipNegative,
-                                _ => return Err(refused("a jump that does not slide")),
-                            };
-                            Passage::new(scene, &combination, contact, trigger)
-                        }
-                        false => Passage::new(scene, &combination, contact, kind),
-                    },
-                    kind,
-                    combination,
-                })
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
-        Self::new(Orbit {
-            propagators: Arc::clone(propagators),
-            method: record.method,
-            steps,
-            period: record.period,
-            load_periods,
-            residual: record.residual,
-        })
     }
 }

@@ -203,7 +203,7 @@ impl Orbit {
         self.pass_until(flows, &|| false)
     }
 
-    fn pass_until(
+    pub(crate) fn pass_until(
         &self,
         flows: &[Flow<'_>],
         is_over: &dyn Fn() -> bool,

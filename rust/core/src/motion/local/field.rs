@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use pulp::cast;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::event_function::EventFunction;
 use crate::motion::local::blocks::{BLOCK, Shift, Values, first_term};
@@ -18,7 +19,7 @@ use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
 /// A place and a speed that an event sets.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Reset {
     pub coordinate: usize,
     pub q: f64,

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use crate::contact::admissible_start::initial_departures;
 use crate::contact::event_function::{EventFunction, functions_of_contact};
@@ -15,13 +14,11 @@ use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::locality::Kind;
 use crate::motion::local::reach::Reaches;
 use crate::motion::propagators::Propagators;
-use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
-use crate::transient::impact_series::explained_events;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
 use crate::transient::local::next_events::{COINCIDENT, Entry, NextEvents};
-use crate::transient::run_state::Controls;
+use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::panel::PanelSearch;
 use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
 use crate::transient::trajectory::model::{Phase, Trajectory};
@@ -39,11 +36,10 @@ enum PanelEnd {
 
 /// A run in progress.
 pub(crate) struct March<'a> {
-    scene: Arc<Scene>,
-    duration: f64,
+    /// Its time is the start of the panel, where (q, q') is the state; while a panel is followed, it holds the entries that the
+    /// last event needed.
+    pub state: RunState<'a>,
     locality: Arc<Reaches>,
-    controls: Controls<'a>,
-    started: Instant,
     field: Field,
     settlement: Settlement,
     /// When the departures of each contact were found, s.
@@ -53,24 +49,16 @@ pub(crate) struct March<'a> {
     search: PanelSearch,
     /// Touches at the end of a panel, by contact.
     pending: HashMap<usize, Vec<Option<Grazing>>>,
-    /// Start of the panel.
-    pub clock: Clock,
-    /// State at the start of the panel; while a panel is followed, the entries that the last event needed.
-    q: Vec<f64>,
-    u: Vec<f64>,
     /// Of the fastest coordinate at the start of the panel.
     speed: f64,
-    switched: f64,
-    at_this_instant: usize,
     motion: LocalMotion,
-    pub trajectory: Trajectory,
 }
 
 impl<'a> March<'a> {
     /// A run from (q, q') at time 0.
     pub fn new(
-        propagators: &Arc<Propagators>,
-        (q, u): (Vec<f64>, Vec<f64>),
+        propagators: &'a Arc<Propagators>,
+        start: (Vec<f64>, Vec<f64>),
         combination: &Combination,
         duration: f64,
         controls: Controls<'a>,
@@ -79,17 +67,13 @@ impl<'a> March<'a> {
         let scene = &propagators.scene;
         let statuses = combination.statuses();
         let contacts = statuses.len();
-        let mut trajectory = Trajectory::new(propagators);
-        trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: 0 });
+        let mut state = RunState::new(propagators, start, duration, controls);
+        state.trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: 0 });
         Ok(Self {
-            scene: Arc::clone(scene),
-            duration,
-            controls,
-            started: Instant::now(),
             field: Field::new(scene, &locality),
             settlement: Settlement {
                 statuses: statuses.to_vec(),
-                departures: initial_departures(scene, combination, &q, &u),
+                departures: initial_departures(scene, combination, &state.q, &state.u),
                 events: Vec::new(),
                 rest: None,
             },
@@ -98,29 +82,22 @@ impl<'a> March<'a> {
             next: NextEvents::new(contacts),
             search: PanelSearch::default(),
             pending: HashMap::new(),
-            clock: Clock::default(),
-            q,
-            u,
             speed: 0.0,
-            switched: controls.load_time,
-            at_this_instant: 0,
             motion: LocalMotion::new(
                 scene,
                 &locality,
                 combination,
                 (controls.load_time, controls.kept_numbers),
             ),
-            trajectory,
+            state,
             locality,
         })
     }
 
     /// Follows one panel; the reason if the motion ends in it.
     pub fn step(&mut self) -> Option<StopReason> {
-        let next = self.scene.next_switch(self.switched);
-        let stretch = next.map(|next| next - self.controls.load_time);
-        let until = stretch.map_or(self.duration, |next| self.duration.min(next));
-        let remaining = until - self.clock.seconds;
+        self.state.until = self.state.next_switch();
+        let remaining = self.state.until - self.state.time.seconds;
         let end = self.panel(remaining);
         if let Some(panel) = self.motion.panels.last_mut() {
             panel.end = match end {
@@ -129,25 +106,22 @@ impl<'a> March<'a> {
         }
         match end {
             PanelEnd::Stop(at, reason) => {
-                self.trajectory.end = self.clock.after(at).seconds;
+                self.state.trajectory.end = self.state.time.after(at).seconds;
                 Some(reason)
             }
             PanelEnd::At(at) if at >= remaining => {
-                self.trajectory.end = until;
-                self.clock = Clock { seconds: until, rest: 0.0 };
-                if until >= self.duration {
+                let RunState { trajectory, until, duration, .. } = &mut self.state;
+                trajectory.end = *until;
+                if until >= duration {
                     return Some(StopReason::Duration);
                 }
-                if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
-                    self.switched = next;
-                    drive.switch(next, &mut self.q);
-                }
+                self.state.advance(None);
                 self.switch()
             }
             PanelEnd::At(at) => {
                 let pending = self.pending.values_mut().flatten().flatten();
                 pending.for_each(|touch| touch.time -= at);
-                self.clock = self.clock.after(at);
+                self.state.advance(Some(at));
                 None
             }
         }
@@ -160,44 +134,45 @@ impl<'a> March<'a> {
         if last.is_some_and(|step| step.panel == self.motion.panels.len()) {
             self.begin_panel();
         }
-        self.trajectory.counters.taylor_phases = self.trajectory.phases.len();
-        self.trajectory.local = Some(self.motion);
-        self.trajectory
+        let mut trajectory = self.state.trajectory;
+        trajectory.counters.taylor_phases = trajectory.phases.len();
+        trajectory.local = Some(self.motion);
+        trajectory
     }
 
     fn begin_panel(&mut self) {
         let steps = self.motion.steps.len();
-        self.motion.panels.push(PanelStart { clock: self.clock, end: 0.0, steps });
-        self.motion.states.push(&self.q, &self.u, &[]);
+        self.motion.panels.push(PanelStart { clock: self.state.time, end: 0.0, steps });
+        self.motion.states.push(&self.state.q, &self.state.u, &[]);
     }
 
     /// Follows one panel from the state of the march, for at most the time that remains.
     fn panel(&mut self, remaining: f64) -> PanelEnd {
         self.begin_panel();
-        if !self.q.iter().chain(&self.u).all(|x| x.is_finite()) {
+        if !self.state.q.iter().chain(&self.state.u).all(|x| x.is_finite()) {
             return PanelEnd::Stop(0.0, StopReason::Unbounded);
         }
         if let Some(reason) = self.asked_to_stop() {
             return PanelEnd::Stop(0.0, reason);
         }
-        let structure = &self.u[..self.scene.structure()];
+        let structure = &self.state.u[..self.state.scene.structure()];
         self.speed = structure.iter().fold(0.0, |size, u| size.max(u.abs()));
-        self.field.begin(&self.settlement.statuses, &self.q, &self.u);
-        self.trajectory.counters.panels += 1;
+        self.field.begin(&self.settlement.statuses, &self.state.q, &self.state.u);
+        self.state.trajectory.counters.panels += 1;
         self.next.begin_panel();
-        if let Err(reason) = self.look(0.0, self.clock.seconds, true) {
+        if let Err(reason) = self.look(0.0, self.state.time.seconds, true) {
             return PanelEnd::Stop(0.0, reason);
         }
         loop {
             let horizon = self.field.end.min(remaining);
             let Some(entry) = self.next.pop(horizon) else {
-                self.field.values(horizon, &mut self.q, &mut self.u);
+                self.field.values(horizon, &mut self.state.q, &mut self.state.u);
                 return PanelEnd::At(horizon);
             };
             if let Some(touch) = self.next.touch(&entry) {
-                let time = self.clock.after(touch.time).seconds;
-                self.trajectory.grazings.push(Grazing { time, ..touch });
-                if self.controls.stop_at_grazing {
+                let time = self.state.time.after(touch.time).seconds;
+                self.state.trajectory.grazings.push(Grazing { time, ..touch });
+                if self.state.controls.stop_at_grazing {
                     return PanelEnd::Stop(entry.at, StopReason::Grazing);
                 }
                 continue;
@@ -210,7 +185,7 @@ impl<'a> March<'a> {
 
     /// Looks for the next event of every contact among the coordinates expanded last, on the rest of the panel.
     fn look(&mut self, at: f64, time: f64, continues: bool) -> Result<(), StopReason> {
-        self.trajectory.counters.expansions += self.field.expanded().len();
+        self.state.trajectory.counters.expansions += self.field.expanded().len();
         for place in 0..self.field.expanded().len() {
             let k = self.field.expanded()[place];
             if let Kind::Normal(contact) = self.locality.kinds[k] {
@@ -227,7 +202,8 @@ impl<'a> March<'a> {
         time: f64,
         continues: bool,
     ) -> Result<(), StopReason> {
-        let Self { search, scene, u, speed, .. } = self;
+        let Self { search, state: RunState { scene, u, controls, trajectory, .. }, speed, .. } =
+            self;
         let functions = &self.functions[contact];
         let departure = match self.departed[contact] == time {
             true => self.settlement.departures[contact],
@@ -247,13 +223,13 @@ impl<'a> March<'a> {
         let end = ((self.field.end - at) / unit).min(1.0);
         let limit = match search.multiplicity.contains(&1) {
             true => {
-                let tolerance = self.controls.accumulation_tolerance;
+                let tolerance = controls.accumulation_tolerance;
                 search.bounces(scene, functions, u, time, tolerance, || *speed)
             }
             false => None,
         };
         let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
-        let counters = &mut self.trajectory.counters;
+        let counters = &mut trajectory.counters;
         let found = search.first_crossing(counters, at, functions, allowed, limit.as_slice());
         let next = self.next.searched(contact);
         next.touches.append(&mut search.touches);
@@ -293,18 +269,16 @@ impl<'a> March<'a> {
         let triggers = self.next.triggers(&struck);
         let mut among = struck;
         for &(contact, _) in triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact) {
-            let law = &self.scene.contacts[contact];
+            let law = &self.state.scene.contacts[contact];
             among.extend(self.locality.contacts_felt_at_once(law.tangential));
             among.extend(self.locality.contacts_felt_at_once(law.normal));
         }
         among.sort_unstable();
         among.dedup();
         self.gather(&among, at);
-        let time = self.clock.after(at);
-        let before = self.trajectory.phases.last().map_or(0.0, |phase| phase.start);
-        self.at_this_instant = if time.seconds > before { 0 } else { self.at_this_instant + 1 };
-        // More means that the event rule goes in circles.
-        if self.at_this_instant > 0 && self.at_this_instant > explained_events(&self.scene) {
+        let time = self.state.time.after(at);
+        let before = self.state.trajectory.phases.last().map_or(0.0, |phase| phase.start);
+        if self.state.goes_in_circles(time.seconds > before) {
             return Some(PanelEnd::Stop(at, StopReason::Chattering { contact: entry.contact }));
         }
         let begins = self.field.end - at <= SLIVER * self.locality.width();
@@ -314,9 +288,9 @@ impl<'a> March<'a> {
         };
         if begins {
             let resets = &self.motion.steps[self.motion.steps.len() - 1].resets;
-            self.field.values(at, &mut self.q, &mut self.u);
+            self.field.values(at, &mut self.state.q, &mut self.state.u);
             for &Reset { coordinate, q, u } in resets {
-                (self.q[coordinate], self.u[coordinate]) = (q, u);
+                (self.state.q[coordinate], self.state.u[coordinate]) = (q, u);
             }
             return Some(PanelEnd::At(at));
         }
@@ -325,17 +299,19 @@ impl<'a> March<'a> {
         if let Err(reason) = self.look(at, time.seconds, false) {
             return Some(PanelEnd::Stop(at, reason));
         }
-        if let Some(reason) = self.controls.enough(self.trajectory.events.len(), time.seconds) {
+        if let Some(reason) =
+            self.state.controls.enough(self.state.trajectory.events.len(), time.seconds)
+        {
             return Some(PanelEnd::Stop(at, reason));
         }
-        let asked = self.trajectory.phases.len().is_multiple_of(EVENTS_PER_QUESTION);
+        let asked = self.state.trajectory.phases.len().is_multiple_of(EVENTS_PER_QUESTION);
         let reason = if asked { self.asked_to_stop() } else { None };
         reason.map(|reason| PanelEnd::Stop(at, reason))
     }
 
     /// Gathers (q, q') of the coordinates on which the reactions of some contacts depend.
     fn gather(&mut self, contacts: &[usize], at: f64) {
-        let Self { scene, field, q, u, .. } = self;
+        let Self { state: RunState { scene, q, u, .. }, field, .. } = self;
         for &contact in contacts {
             let law = &scene.contacts[contact];
             for row in [law.tangential, law.normal] {
@@ -357,7 +333,7 @@ impl<'a> March<'a> {
         at: f64,
         begins: bool,
     ) -> Result<Vec<usize>, StopReason> {
-        let Self { scene, settlement, q, u, trajectory, .. } = self;
+        let Self { state: RunState { scene, q, u, trajectory, .. }, settlement, .. } = self;
         let pairs = |contact: usize| {
             let law = &scene.contacts[contact];
             [law.tangential, law.normal]
@@ -410,10 +386,10 @@ impl<'a> March<'a> {
     fn switch(&mut self) -> Option<StopReason> {
         let all: Vec<usize> = (0..self.next.contacts()).collect();
         let triggers = [(NO_CONTACT, EventKind::Load)];
-        if let Err(reason) = self.settle(self.clock, &triggers, &all, 0.0, true) {
+        if let Err(reason) = self.settle(self.state.time, &triggers, &all, 0.0, true) {
             return Some(reason);
         }
-        let Self { scene, motion, q, u, .. } = self;
+        let Self { state: RunState { scene, q, u, .. }, motion, .. } = self;
         let switches = scene.drive.iter().flat_map(|drive| &drive.switches);
         let resets = switches.map(|switch| switch.coordinate).map(|k| Reset {
             coordinate: k,
@@ -423,11 +399,12 @@ impl<'a> March<'a> {
         if let Some(step) = motion.steps.last_mut() {
             step.resets.extend(resets);
         }
-        self.controls.enough(self.trajectory.events.len(), self.clock.seconds)
+        self.state.controls.enough(self.state.trajectory.events.len(), self.state.time.seconds)
     }
 
     fn asked_to_stop(&self) -> Option<StopReason> {
-        let enough = self.controls.enough(self.trajectory.events.len(), self.clock.seconds);
-        enough.or_else(|| self.controls.asked_to_stop(self.started))
+        let enough =
+            self.state.controls.enough(self.state.trajectory.events.len(), self.state.time.seconds);
+        enough.or_else(|| self.state.controls.asked_to_stop(self.state.started))
     }
 }

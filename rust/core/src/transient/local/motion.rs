@@ -4,6 +4,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use serde::{Deserialize, Serialize};
+
 use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::reach::Reaches;
 use crate::scene::model::Scene;
@@ -12,17 +14,18 @@ use crate::transient::clock::Clock;
 use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
 
 /// A panel of all coordinates.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PanelStart {
     pub clock: Clock,
     /// s after its start.
     pub end: f64,
-    /// Steps taken before it begins.
+    /// Steps taken before it begins, which follow from those.
+    #[serde(skip)]
     pub steps: usize,
 }
 
 /// The values that the events of one instant have set.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Step {
     /// Its panel, and s after the start of that.
     pub panel: usize,

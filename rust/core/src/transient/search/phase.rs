@@ -23,6 +23,8 @@ pub(crate) enum PhaseEnd {
     Event {
         after: f64,
     },
+    /// Nothing has happened up to the end of the stretch, where a load is switched.
+    Switch,
     Stop(StopReason),
     /// All the panels that were allowed are used up.
     TooLong,
@@ -136,7 +138,12 @@ impl PhaseSearch {
             }
             if last {
                 let offset = (remaining - motion.start()).min(width);
-                return stop(run, motion, offset, StopReason::Duration);
+                return match stop(run, motion, offset, StopReason::Duration) {
+                    PhaseEnd::Stop(StopReason::Duration) if run.until < run.duration => {
+                        PhaseEnd::Switch
+                    }
+                    end => end,
+                };
             }
             panels += 1;
             if panels >= most {

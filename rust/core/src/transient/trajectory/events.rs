@@ -2,10 +2,13 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use crate::contact::event_kind::EventKind;
+use crate::error::run::RunFailure;
 
 /// One event; the combination is that after everything that happened at the instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// s
     pub time: f64,
@@ -14,11 +17,11 @@ pub struct Event {
     /// What happened.
     pub kind: EventKind,
     /// Index into [`Trajectory::phases`] of the phase that begins here.
-    pub(crate) phase: usize,
+    pub phase: usize,
 }
 
 /// A touch of an event function within rounding: the status was kept, though `alternative` may be true.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grazing {
     /// s
     pub time: f64,
@@ -33,7 +36,7 @@ pub struct Grazing {
 }
 
 /// The limit of a series of bounces, taken instead of them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Accumulation {
     /// Index of its event.
     pub event: usize,
@@ -45,7 +48,7 @@ pub struct Accumulation {
 }
 
 /// Why the computed motion ends where it does.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub enum StopReason {
     /// The duration asked for was reached.
     #[default]
@@ -66,7 +69,16 @@ pub enum StopReason {
     /// The caller interrupted the run.
     Interrupted,
     /// The motion can't be continued.
-    Failed(crate::error::run::RunFailure),
+    Failed(#[serde(serialize_with = "in_words", deserialize_with = "from_words")] RunFailure),
+}
+
+/// A record tells a failure in words.
+fn in_words<S: Serializer>(failure: &RunFailure, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(failure)
+}
+
+fn from_words<'de, D: Deserializer<'de>>(deserializer: D) -> Result<RunFailure, D::Error> {
+    String::deserialize(deserializer).map(RunFailure::Recorded)
 }
 
 impl StopReason {
@@ -98,7 +110,7 @@ impl fmt::Display for StopReason {
 }
 
 /// Counts of the work of a run. They are exact, so that tests can compare them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Phases of the motion.
     pub phases: usize,

@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
 use crate::motion::combination_basis::CombinationBasis;
@@ -18,8 +20,9 @@ use crate::transient::trajectory::kept_states::KeptStates;
 use crate::transient::trajectory::used_bases::UsedBasis;
 
 /// One phase: a combination from a state at a time on.
-#[derive(Debug)]
-pub(crate) struct Phase {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// s
     pub start: f64,
     /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,

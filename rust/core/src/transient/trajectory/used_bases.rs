@@ -33,10 +33,9 @@ impl UsedBasis {
     /// Of recorded methods; their basis is computed once, since it has to exist.
     pub fn recorded(
         propagators: &Propagators,
-        name: &str,
+        combination: Combination,
         methods: &[Method],
     ) -> Result<Self, Error> {
-        let combination = Combination::parse(name, propagators.scene.contacts().len())?;
         propagators.scene.check_combination(&combination)?;
         if methods.is_empty() {
             return Err(refused("bases that do not fit the scene"));
@@ -189,7 +188,7 @@ mod tests {
             // Closed contacts that stick leave 40 coordinates of 64, and a basis of two fifths of the size.
             assert!(alive <= 1 + 5 * kept / 2, "{alive} of {met}");
             let mut records = [&few, &all].map(Trajectory::record);
-            records[0].counters = records[1].counters;
+            records[0].whole.counters = records[1].whole.counters;
             assert_eq!(records[0], records[1]);
             assert_eq!(sample(&few), sample(&all));
             let [record, _] = records;
