@@ -11,4 +11,3 @@ pub(crate) mod operator;
 mod panel_end;
 mod recurrences;
 pub(crate) mod series;
-mod small;

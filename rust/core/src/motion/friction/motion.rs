@@ -156,6 +156,19 @@ impl LawMotion {
         q: &[f64],
         u: &[f64],
     ) {
+        self.begin(scene, operator, functions, q, u);
+        self.fill(scene, operator);
+    }
+
+    /// The same without its series.
+    pub(super) fn begin(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+        functions: &[EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
@@ -198,7 +211,6 @@ impl LawMotion {
                 }
             }
         }
-        self.fill(scene, operator);
     }
 
     pub fn start(&self) -> f64 {
