@@ -131,12 +131,6 @@ impl LawMotion {
         middle: [f64; 2],
     ) -> [f64; 4] {
         let Self { taylor, contacts, .. } = self;
-        if contacts[i].closes {
-            return contacts[i].order_after_closing(taylor, one, flow, k, middle);
-        }
-        if contacts[i].held {
-            return contacts[i].hold_force(taylor, one, flow, k);
-        }
         let Sliding { series, normal, force, at_origin, friction_at_origin, .. } = &mut contacts[i];
         let mut friction = taylor.coefficient(&flow.friction, k);
         normal[k] = taylor.coefficient(&one.normal, k);
