@@ -70,7 +70,7 @@ LAW_ENDS = (
     "its friction reaches 0",
     "its friction levels off",
     "nothing determines how the forces",
-    "slip lasts until the normal force is zero",
+    "if the contact does not slip as it does",
 )
 
 

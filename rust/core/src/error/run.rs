@@ -52,7 +52,7 @@ pub enum RunFailure {
     },
     /// A contact opens or closes whose slip has no mass and whose friction depends on slip speed.
     #[error(
-        "contact {contact} at t = {time} s: it opens or closes, and where friction depends on slip speed without mass in the tangential direction, this is computed only if no stiffness ties that direction to the normal one or to other contacts without mass, and if slip lasts until the normal force is zero; leave tangential_stiffness out, give the dofs mass, or state constant friction"
+        "contact {contact} at t = {time} s: it opens or closes, and where friction depends on slip speed without mass in the tangential direction, this is computed only if the contact does not slip as it does, and if no stiffness ties that direction to the normal one or to other contacts without mass; leave tangential_stiffness out, give the dofs mass, or state constant friction"
     )]
     OpensWithoutMass {
         /// Index of the contact.

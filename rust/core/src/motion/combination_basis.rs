@@ -183,7 +183,6 @@ impl CombinationBasis {
             condensed.complete(q, u);
         }
         match &self.propagator {
-            Propagator::Law(operator) => operator.begin_flows(q, u),
             Propagator::Blocks(parts) => {
                 for (block, basis) in parts.iter().filter(|part| part.1.condensed.is_some()) {
                     let (mut own_q, mut own_u) = (block.gather(q), block.gather(u));
@@ -192,7 +191,7 @@ impl CombinationBasis {
                     block.scatter(&own_u, u);
                 }
             }
-            Propagator::Modal(_) | Propagator::Taylor(_) => {}
+            Propagator::Modal(_) | Propagator::Taylor(_) | Propagator::Law(_) => {}
         }
         if let Some(fitted) = &self.fitted {
             fitted.follow(q, u);

@@ -116,7 +116,10 @@ pub(crate) fn settle_group(
             let (status, departure) = match (cases[k], after) {
                 (Case::Touching, Status::Detached) => (after, Departure::Gap(1)),
                 (Case::Touching, Status::Sticking) => (after, Departure::Force(1)),
-                (Case::Touching, _) => (after, Departure::SlipAndForce),
+                // Slip speed and normal force would begin together.
+                (Case::Touching, _) => {
+                    return Err(RunFailure::OpensWithoutMass { contact, time });
+                }
                 _ => (statuses[k], departing[k]),
             };
             settlement.record(contact, own[k], status, departure);

@@ -13,7 +13,6 @@
 //! t falls with f^DEGREE, and nothing else grows.
 
 use crate::contact::functional::Functional;
-use crate::motion::friction::closing::NodeBound;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
@@ -33,7 +32,7 @@ const TUBE_OF_FLOW: f64 = 1e-9;
 const TUBE_OF_TABLES: f64 = 1e-9;
 /// Its largest change of a normal force there, relative to this force.
 const NARROW: f64 = 0.01;
-/// The part of the neighbourhood of slip speeds that its places may take.
+/// Share of the tube of slip speeds that errors of positions may use.
 const PART_OF_TUBE: f64 = 0.25;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
@@ -97,12 +96,7 @@ impl Kernel for Bound<'_> {
             radius.min(TUBE_OF_FLOW * scale).min(pressed).min(slow.abs())
         });
         let sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
-        for ((one, sliding), mut sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
-            if sliding.closes {
-                // N per s has one power of the width more.
-                sums.right[1] *= powers[1];
-                sums.left_out[1] *= powers[1];
-            }
+        for ((one, sliding), sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
             let off = match one.flow {
                 Some(_) => sliding.series.tube(&one.law),
                 None => radius * one.slip_norm,
@@ -147,10 +141,6 @@ impl Kernel for Bound<'_> {
         let (mut flowing, mut follows) = (0.0, true);
         let units = (in_product + 16) as f64;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
-            // Bounded by themselves, below.
-            if sliding.closes || sliding.held {
-                continue;
-            }
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
@@ -199,22 +189,6 @@ impl Kernel for Bound<'_> {
         rounded += UNIT * in_row * (reach * of_orders + load);
         let exponent = (reach + taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
-        let fastest = exponent * radius + truncated + rounded;
-        let pairs = operator.contacts.iter().zip(contacts.iter_mut());
-        let nodes = pairs.filter(|of| of.1.closes).map(|(one, sliding)| {
-            sliding.bound_from_closing(taylor, one, sizes, [fastest, in_row, units])
-        });
-        if let Some(nodes) = nodes.reduce(NodeBound::worse) {
-            follows &= nodes.follows;
-            bound = nodes.beside(bound);
-        }
-        let pairs = operator.contacts.iter().zip(contacts.iter_mut());
-        for (one, sliding) in pairs.filter(|of| of.1.held) {
-            let held = sliding.bound_held(taylor, one, sizes, [fastest, in_row], bound);
-            follows &= held.is_some();
-            bound = held.unwrap_or(bound);
-        }
-        let exponent = bound.exponent;
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
     }

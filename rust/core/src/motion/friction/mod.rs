@@ -1,14 +1,11 @@
 //! Phases in which friction depends on slip speed, as Taylor series of the nonlinear equation of motion.
 
 mod bound;
-mod closing;
 #[cfg(test)]
 mod fuzz;
 pub(crate) mod motion;
 mod neighbours;
-mod opening;
 pub(crate) mod operator;
 mod panel_end;
 mod recurrences;
 pub(crate) mod series;
-mod small;

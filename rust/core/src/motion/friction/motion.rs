@@ -47,11 +47,6 @@ pub(super) struct Sliding {
     pub(super) at_origin: f64,
     /// Sum of the absolute values of its terms.
     pub(super) at_origin_size: f64,
-    /// Where slip has no mass: whether the contact has closed at the start of the panel. N and y then are those per s.
-    pub(super) closes: bool,
-    /// Whether it is about to open, so that the panel holds its friction force, and a bound of the error of its place by that.
-    pub(super) held: bool,
-    pub(super) off_place: f64,
     /// Where slip has no mass: what displacements add to R in the order beyond, and R at the origin at rest as for N.
     pub(super) friction_beyond: f64,
     pub(super) friction_at_origin: [f64; 2],
@@ -133,13 +128,10 @@ impl Kernel for Shorten<'_> {
         let Self { motion: LawMotion { taylor, contacts, powers: all, .. }, powers } = self;
         taylor.shorten_by(&powers);
         scale(all, &powers);
-        for Sliding { series, normal, force, beyond, friction_beyond, closes, .. } in contacts {
+        for Sliding { series, normal, force, beyond, friction_beyond, .. } in contacts {
             series.shorten(&powers);
             scale(normal, &powers);
             scale(force, &powers);
-            if *closes {
-                normal.iter_mut().chain(force).for_each(|c| *c *= powers[1]);
-            }
             *beyond *= powers[COEFFICIENTS];
             *friction_beyond *= powers[COEFFICIENTS];
         }
@@ -156,6 +148,19 @@ impl LawMotion {
         q: &[f64],
         u: &[f64],
     ) {
+        self.begin(scene, operator, functions, q, u);
+        self.fill(scene, operator);
+    }
+
+    /// The same without its series.
+    pub(super) fn begin(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+        functions: &[EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
@@ -165,13 +170,9 @@ impl LawMotion {
         self.convolutions.resize_with(pairs, Convolutions::new);
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
         {
-            let closing = operator.speed_from_closing(one, q, u);
-            sliding.closes = closing.is_some();
-            let speed = match one.flow {
-                // Rounding of the start of slip.
-                Some(_) => closing.unwrap_or(-one.sign * one.slip.value(q, u)).max(0.0),
-                None => -one.sign * one.slip.value(q, u),
-            };
+            let speed = -one.sign * one.slip.value(q, u);
+            // Where slip has no mass, rounding of its start is left out.
+            let speed = if one.flow.is_some() { speed.max(0.0) } else { speed };
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
@@ -191,14 +192,13 @@ impl LawMotion {
                 ];
                 let [friction, normal] = [sliding.friction_at_origin[0], sliding.at_origin];
                 let stiffness = one.law.slope(speed) * normal;
-                if stiffness > 0.0 && friction.is_finite() && !sliding.closes {
+                if stiffness > 0.0 && friction.is_finite() {
                     // A first panel over which the coordinate relaxes by no more than a series can follow.
                     let rate = operator.relaxation(one, stiffness);
                     self.share = self.share.min(STEEPEST / (rate * operator.taylor.width()));
                 }
             }
         }
-        self.fill(scene, operator);
     }
 
     pub fn start(&self) -> f64 {
@@ -226,7 +226,6 @@ impl LawMotion {
         if self.share < 1.0 {
             self.taylor.begin_within(self.share);
         }
-        self.hold(operator);
         self.powers = [1.0; COEFFICIENTS];
         self.shortenings = 0;
         self.recur_in_range(scene, operator);
@@ -319,7 +318,6 @@ impl LawMotion {
         if let Some(response) = &operator.response {
             self.add_friction(&response.functions, functions, panel);
         }
-        self.expand_held(operator, functions, panel);
         if self.ended.is_some() {
             panel.error.fill(f64::INFINITY);
         }
@@ -406,13 +404,9 @@ impl LawMotion {
     pub fn advance(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.step(&operator.taylor);
         self.ended = self.ended.or(self.ends.take());
-        // A panel that holds a friction force is the last one.
-        let opened = self.contacts.iter().position(|one| one.held);
-        self.ended = self.ended.or(opened.map(|place| (place, LawEnd::Opening)));
         if let Some((place, piece)) = self.next.take() {
             self.contacts[place].series.piece = piece;
         }
-        self.contacts.iter_mut().for_each(|one| one.closes = false);
         self.fill(scene, operator);
     }
 

@@ -2,13 +2,10 @@
 //!
 //! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
 //! `dy = a dS + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
-//! of the motion with known coefficients. On the first panel after a closing without mass the equation is divided by s as that of
-//! the motion is, so that `dR = mu(S) dN` at its start, and on the last one before an opening dR is held. Its panels are
-//! shortened until the last two terms of its own series are rounding.
+//! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
 use crate::motion::friction::motion::{LawMotion, STALLED};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::friction::series::law_series::product;
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -19,8 +16,6 @@ const SHORTEST: f64 = 0.1;
 
 /// `a` and `b` of a contact along a panel.
 struct Slopes {
-    closes: bool,
-    held: bool,
     by_slip: [f64; COEFFICIENTS],
     by_normal: [f64; COEFFICIENTS],
 }
@@ -51,8 +46,6 @@ impl LawMotion {
                 .iter()
                 .zip(&self.contacts)
                 .map(|(one, sliding)| Slopes {
-                    closes: sliding.closes,
-                    held: sliding.held,
                     by_slip: product(&sliding.series.slopes(&one.law), &sliding.normal),
                     by_normal: sliding.series.excess,
                 })
@@ -110,36 +103,14 @@ impl LawMotion {
         let mut slips = vec![[0.0; COEFFICIENTS]; count];
         let mut normals = vec![[0.0; COEFFICIENTS]; count];
         let mut acceleration = vec![0.0; n];
-        for (one, slopes) in operator.contacts.iter().zip(slopes).filter(|of| of.1.closes) {
-            let ratio = one.law.value(0.0) + slopes.by_normal[0];
-            balance(one, ratio, &mut terms[..n]);
-        }
         for k in 0..DEGREE {
             let rate = (k + 1) as f64 / h;
-            for (one, slopes) in operator.contacts.iter().zip(slopes) {
-                if slopes.held && k > 0 {
-                    balance(one, 0.0, &mut terms[k * n..(k + 1) * n]);
-                }
-            }
-            let next = &terms[(k + 1) * n..(k + 2) * n];
             let q = &terms[k * n..(k + 1) * n];
             let u: Vec<f64> = terms[(k + 1) * n..(k + 2) * n].iter().map(|q| rate * q).collect();
             for (j, one) in operator.contacts.iter().enumerate() {
                 normals[j][k] = one.normal.rate(q, &u);
                 slips[j][k] = match &one.flow {
                     None => -one.sign * one.slip.rate(q, &u),
-                    Some(_) if slopes[j].held => 0.0,
-                    Some(flow) if slopes[j].closes => {
-                        // The coordinate has no such order yet.
-                        let Slopes { by_slip, by_normal, .. } = &slopes[j];
-                        let pressed = one.normal.rate(next, next);
-                        let force = flow.friction.rate(next, next) - one.law.value(0.0) * pressed;
-                        let of_slip = (1..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-                        let of_normal =
-                            (1..=k + 1).map(|i| by_normal[i] * normals[j][k + 1 - i]).sum::<f64>();
-                        let left = force - of_slip - of_normal - by_normal[0] * pressed;
-                        left / (by_slip[0] + flow.spring / rate)
-                    }
                     Some(flow) => {
                         let force = flow.friction.rate(q, &u) - one.law.value(0.0) * normals[j][k];
                         let Slopes { by_slip, by_normal, .. } = &slopes[j];
@@ -169,7 +140,6 @@ impl LawMotion {
             equation.accelerate(&mut residual, &mut acceleration);
             for (one, slip) in operator.contacts.iter().zip(&slips) {
                 if let Some(flow) = &one.flow {
-                    // What is held is set with its own order.
                     terms[(k + 1) * n + flow.coordinate] = -one.sign * slip[k] / rate;
                 }
             }
@@ -180,14 +150,6 @@ impl LawMotion {
         }
         Series { terms }
     }
-}
-
-/// Sets the place of a coordinate without mass in one order where friction is `ratio` times the normal force.
-fn balance(one: &LawContact, ratio: f64, q: &mut [f64]) {
-    let Some(flow) = &one.flow else { return };
-    q[flow.coordinate] = 0.0;
-    let left = flow.friction.rate(q, q) - ratio * one.normal.rate(q, q);
-    q[flow.coordinate] = -one.sign * left / flow.spring;
 }
 
 impl Series {

@@ -137,8 +137,7 @@ impl LawOperator {
             let [pressed, friction] = [&one.normal, &flow.friction].map(|of| of.value(q, &still));
             let at_rest = one.law.value(0.0);
             let speed = one.law.speed_at((friction - at_rest * pressed) / pressed);
-            if !(pressed > 0.0) || self.speed_from_closing(one, q, rates).is_some() {
-                // Its velocity then follows from the rates of the forces, and no neighbour has another.
+            if !(pressed > 0.0) {
                 continue;
             }
             let change = flow.friction.rate(rates, &still)

@@ -33,21 +33,14 @@ impl LawMotion {
         let mut contacts = operator.contacts.iter().zip(&self.contacts).enumerate();
         contacts.find_map(|(place, (one, sliding))| {
             let flow = one.flow.as_ref()?;
-            let Sliding { series, normal, at_origin_size, closes, held, .. } = sliding;
-            let passes = *closes || *held;
+            let Sliding { series, normal, at_origin_size, .. } = sliding;
             // What it loses over a usual panel counts as well: its terms are small after a closing.
             let lost = normal[1].abs() * operator.taylor.width() / self.taylor.width;
             let usual = at_origin_size.max(lost);
-            let least = match passes {
-                true if self.left_out.is_finite() => 0.0,
-                true => f64::INFINITY,
-                false => pressed * usual,
-            };
             let damper = series.slope(&one.law) * normal[0];
-            let crawls = !passes
-                && normal[0] < HARDLY_PRESSED * usual
+            let crawls = normal[0] < HARDLY_PRESSED * usual
                 && flow.spring * self.taylor.width < CRAWLING * damper;
-            if !(normal[0] > least) || crawls {
+            if !(normal[0] > pressed * usual) || crawls {
                 return Some((place, LawEnd::Opening));
             }
             let level = !(series.slip[0] < one.law.rises_until()?);

@@ -4,7 +4,6 @@ use crate::motion::friction::motion::{LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::SHARING;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
-use crate::motion::friction::small::Small;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes, group};
 use crate::scene::model::Scene;
@@ -51,9 +50,7 @@ impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
         let unit = self.unit;
-        if !Small::new(self, operator).is_some_and(|small| unit.run(small)) {
-            unit.run(Recurrences { motion: self, scene, operator });
-        }
+        unit.run(Recurrences { motion: self, scene, operator });
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
             if let Some(flow) = &one.flow {
@@ -84,29 +81,6 @@ impl LawMotion {
             }
             self.taylor.begin_within(part);
         }
-    }
-
-    /// The largest difference of an order of the state from that of the general recurrences, relative to this order.
-    #[cfg(test)]
-    pub(super) fn difference_of_recurrences(
-        &mut self,
-        scene: &Scene,
-        operator: &LawOperator,
-    ) -> f64 {
-        let unit = self.unit;
-        self.recur(scene, operator);
-        let found: Vec<Vec<f64>> =
-            (0..COEFFICIENTS).map(|k| self.taylor.orders(k)[1].to_vec()).collect();
-        unit.run(Recurrences { motion: self, scene, operator });
-        let largest =
-            |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |all: f64, x| all.max(x.abs()));
-        let pairs = found.iter().enumerate().map(|(k, found)| {
-            let general = self.taylor.orders(k)[1];
-            let off = largest(&mut found.iter().zip(general).map(|(a, b)| a - b));
-            let size = largest(&mut general.iter().copied());
-            if size > 0.0 { off / size } else { off }
-        });
-        pairs.fold(0.0, f64::max)
     }
 
     /// The laws, and their forces; where contacts are coupled, as far as these follow from lower orders of N.
@@ -144,7 +118,7 @@ impl LawMotion {
             Some(rows) => products.outputs(rows, k)[i],
             None => taylor.coefficient(&one.normal, k),
         };
-        sliding.step(one, k, [slip, of_normal], middle, operator.response.is_some()).0
+        sliding.step(one, k, [slip, of_normal], middle, operator.response.is_some())
     }
 
     /// The same where slip has no mass: the force is known from its balance, and the slip speed follows.
@@ -157,12 +131,6 @@ impl LawMotion {
         middle: [f64; 2],
     ) -> [f64; 4] {
         let Self { taylor, contacts, .. } = self;
-        if contacts[i].closes {
-            return contacts[i].order_after_closing(taylor, one, flow, k, middle);
-        }
-        if contacts[i].held {
-            return contacts[i].hold_force(taylor, one, flow, k);
-        }
         let Sliding { series, normal, force, at_origin, friction_at_origin, .. } = &mut contacts[i];
         let mut friction = taylor.coefficient(&flow.friction, k);
         normal[k] = taylor.coefficient(&one.normal, k);
@@ -220,5 +188,31 @@ impl LawMotion {
             one.push(sliding.force[k], &mut taylor.force);
         }
         taylor.order(scene, &operator.taylor, k, true);
+    }
+}
+
+impl Sliding {
+    /// Coefficients of order k of the law and its force, from those of slip velocity and normal force and the terms of the two
+    /// products with lower orders. Gives the factors of both products.
+    #[inline(always)]
+    fn step(
+        &mut self,
+        one: &LawContact,
+        k: usize,
+        [mut slip, mut of_normal]: [f64; 2],
+        middle: [f64; 2],
+        coupled: bool,
+    ) -> [f64; 4] {
+        let Self { series, normal, force, at_origin, .. } = self;
+        if k == 0 {
+            slip -= one.sign * one.slip.constant;
+            of_normal += *at_origin;
+        }
+        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
+        normal[k] = of_normal;
+        let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
+        // The normal force of this order is known last.
+        force[k] = if coupled { known } else { series.excess[0].mul_add(of_normal, known) };
+        [left, right, excess, of_normal]
     }
 }

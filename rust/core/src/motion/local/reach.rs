@@ -25,7 +25,7 @@ use crate::scene::model::Scene;
 pub(crate) const NEGLECTED: f64 = 1e-6 * f64::EPSILON;
 /// Number of orders of the recursion; further ones add less than 1e-28.
 const ORDERS: usize = 60;
-/// A coordinate passes nothing on to its neighbours before one of its coefficients reaches this; the part dropped is counted.
+/// Coefficients below this are not passed on to neighbours; what is dropped enters the bound.
 const FLOOR: f64 = 1e-34;
 /// Number of parts of a panel with a reach of their own.
 const LEVELS: usize = 16;

@@ -272,11 +272,6 @@ impl TaylorMotion {
         self.terms[(k + 1) * self.size + coordinate] = self.width * rate / (k + 1) as f64;
     }
 
-    /// The place of a coordinate in order k.
-    pub(crate) fn place(&mut self, coordinate: usize, k: usize, place: f64) {
-        self.terms[k * self.size + coordinate] = place;
-    }
-
     /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
@@ -547,12 +542,6 @@ impl TaylorMotion {
     pub(crate) fn displacement(&self, functional: &Functional, k: usize) -> f64 {
         let q = &self.terms[k * self.size..];
         functional.position.iter().map(|&(i, weight)| weight * q[i]).sum()
-    }
-
-    /// The sum of the absolute values of the terms of this coefficient.
-    pub(crate) fn sizes_of_displacement(&self, functional: &Functional, k: usize) -> f64 {
-        let q = &self.terms[k * self.size..];
-        functional.position.iter().map(|&(i, weight)| (weight * q[i]).abs()).sum()
     }
 
     /// Norm of the force at the origin.

@@ -262,19 +262,6 @@ impl FrictionLaw {
         Bracket { low, high }.root([low, high].map(|speed| off(speed).0), 0.0, off)
     }
 
-    /// The slip speed, not below 0, at which a law that rises has `(mu(|s|) - mu(0)) pressed + spring |s| = load`.
-    pub(crate) fn speed_beside(&self, pressed: f64, spring: f64, load: f64) -> f64 {
-        if !(load > 0.0) {
-            return 0.0;
-        }
-        let off = |speed: f64| {
-            let friction = self.excess(speed) * pressed;
-            (friction + spring * speed - load, self.slope(speed) * pressed + spring)
-        };
-        let [low, high] = [0.0, load / spring];
-        Bracket { low, high }.root([low, high].map(|speed| off(speed).0), 0.0, off)
-    }
-
     /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
     pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
         match self {
@@ -360,14 +347,10 @@ mod tests {
         let (widths, secants) = ([2.83, 0.63, 0.23, 2.33], [0.0958, 0.0714, 0.213, 0.0378]);
         let law = table(&widths, &secants, &[0.1157, 0.0794, 0.1159, 0.0793]);
         let end = law.rises_until().expect("a law that rises");
-        let [pressed, spring] = [3.0, 0.01];
         for k in 1..=1000 {
             let speed = f64::from(k) * 1e-3 * end;
             let excess = law.excess(speed);
             assert!((law.excess(law.speed_at(excess)) - excess).abs() <= 1e-15);
-            let load = pressed * excess + spring * speed;
-            let found = law.speed_beside(pressed, spring, load);
-            assert!((pressed * law.excess(found) + spring * found - load).abs() <= 1e-14);
         }
     }
 }

@@ -24,7 +24,7 @@ const SMALLEST: usize = 24;
 const PER_ROW: f64 = 2.5;
 /// Entries of dense rows multiplied in the time of one entry of a sparse row.
 const PER_ENTRY: usize = 8;
-/// Coordinates to which one without mass is tied, up to which its row is worth no dense one.
+/// Rows of massless coordinates with at most this many entries stay sparse.
 const SHORT: usize = 8;
 
 /// What a border may be made of.
@@ -88,7 +88,7 @@ pub(crate) enum FollowerRows {
     Long(Vec<Group>),
 }
 
-/// The coordinates with mass that a border may consist of, and of what stiffness.
+/// A candidate for a border: the stiffness matrix would be diagonal but for the rows and columns of these coordinates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate<'a> {
     /// Ascending.

@@ -9,7 +9,8 @@ pub(crate) const LARGEST: f64 = 0.5 * DEGREE as f64;
 /// What the error of the state is made of on a panel, in the norm of the operator.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PanelBound {
-    /// h t, h r, and the order beyond the polynomials of the event functions.
+    /// Defects of the equation of motion from truncation and from rounding, times the width h; and a bound of the coefficient of
+    /// order DEGREE + 1, which the polynomials of the event functions lack.
     pub truncated: f64,
     pub rounded: f64,
     pub beyond: f64,

@@ -17,7 +17,7 @@ use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 
 /// Groups of rows that are summed together, each in two chains of additions that hide their latency.
-pub(crate) const BLOCK: usize = 4;
+const BLOCK: usize = 4;
 /// Relative difference of a damping and beta times a stiffness that is their rounding.
 const SAME: f64 = 2.0 * f64::EPSILON;
 
@@ -35,14 +35,13 @@ pub(crate) enum Source {
 #[derive(Debug)]
 pub(crate) struct LawRows {
     /// The groups of all columns, block by block.
-    pub columns: Vec<Group>,
-    /// Coordinates whose z, and whose q', have a column. In one block every z has, in whole groups, with zeros for those that
-    /// do not move.
-    pub moving: Vec<usize>,
-    pub damped: Vec<usize>,
-    pub beta: f64,
+    columns: Vec<Group>,
+    /// Coordinates whose z, and whose q', have a column.
+    moving: Vec<usize>,
+    damped: Vec<usize>,
+    beta: f64,
     /// Number of groups of rows of q'' and of the others, and of laws.
-    pub states: usize,
+    states: usize,
     outputs: usize,
     laws: usize,
     /// Where the coefficients of each event function are.
@@ -78,9 +77,8 @@ impl Products {
     }
 
     /// Room for the rows of all orders.
-    pub fn room(&mut self, all: &LawRows) -> &mut [Group] {
+    fn room(&mut self, all: &LawRows) {
         self.rows.resize((all.states + all.outputs) * COEFFICIENTS, ZEROS);
-        &mut self.rows
     }
 
     /// The rows of q'' of order 0.
@@ -202,12 +200,10 @@ impl LawRows {
         let is_damped = |&k: &usize| by_u.iter().skip(k).step_by(n).any(|&weight| weight != 0.0);
         let damped: Vec<usize> = moving.iter().copied().filter(is_damped).collect();
         let moves = |k: usize| moving.contains(&k);
-        let of_block: Vec<usize> = (0..states * GROUP).collect();
-        let columns_of = if one_block(states, outputs) { &of_block } else { &moving };
         let mut columns = Vec::new();
         let groups: Vec<usize> = (0..states + outputs).collect();
         for block in groups.chunks(BLOCK) {
-            for (of, places) in dense.iter().zip([columns_of, &damped]) {
+            for (of, places) in dense.iter().zip([&moving, &damped]) {
                 let column = |k: usize, g: usize| -> [f64; GROUP] {
                     let entry = |lane: usize| of[(g * GROUP + lane) * n + k];
                     if moves(k) { std::array::from_fn(entry) } else { [0.0; GROUP] }
@@ -224,7 +220,7 @@ impl LawRows {
         }
         Some(Self {
             columns,
-            moving: columns_of.clone(),
+            moving,
             damped,
             beta: beta.unwrap_or(0.0),
             states,
@@ -252,9 +248,7 @@ impl LawRows {
         let mut columns = columns[row - first..].iter().step_by(stride);
         let mut sum = ZEROS;
         for (&k, column) in self.moving.iter().zip(columns.by_ref()) {
-            // Beyond the coordinates are columns of zeros.
-            let z = q.get(k).zip(u.get(k)).map_or(0.0, |(q, u)| q + self.beta * u);
-            let z = simd.splat_f64s(z);
+            let z = simd.splat_f64s(q[k] + self.beta * u[k]);
             sum = simd.mul_add_f64s(simd.abs_f64s(*column), z, sum);
         }
         for (&k, column) in self.damped.iter().zip(columns) {
@@ -332,21 +326,6 @@ impl LawRows {
         rows.zip(force).for_each(|((row, inverse), force)| *row += inverse * force);
     }
 
-    /// Whether all rows are one block with one group below those of q''.
-    pub fn is_block(&self) -> bool {
-        one_block(self.states, self.outputs)
-    }
-
-    /// q'' per unit of force of one law, in a block; zero of one that is not there.
-    #[inline(always)]
-    pub fn by_force<const T: usize>(&self, law: usize) -> [Group; T] {
-        let rows = self.by_force.as_chunks::<GROUP>().0.get(law * self.states..);
-        let mut block = [ZEROS; T];
-        let rows = rows.into_iter().flatten().take(self.states);
-        block.iter_mut().zip(rows).for_each(|(to, from)| *to = cast(*from));
-        block
-    }
-
     /// Q of two orders up: `factor` times the rows of q'', with the forces of laws. `terms` begin with the order between, of `n`
     /// numbers, whose velocity is `rate` times the order found.
     #[inline(always)]
@@ -389,10 +368,6 @@ fn add_column<const G: usize, S: Lanes>(
 ) -> [Group; G] {
     let x = simd.splat_f64s(x);
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
-}
-
-fn one_block(states: usize, outputs: usize) -> bool {
-    states < BLOCK && outputs == 1
 }
 
 /// Sums of absolute values of the coefficients of every coordinate and velocity, of all orders and of those from 2 on.
