@@ -174,6 +174,25 @@ def test_axes_zoom_move_and_come_back(opened):
     assert "growth rate" in page.locator("#map .tip").inner_text()
 
 
+def test_an_answer_that_takes_long_is_told_to_be_on_its_way(opened):
+    page = opened()
+    pace = page.locator("#pace")
+    assert pace.inner_text().startswith("computed in ")
+    page.evaluate(
+        """() => {
+          const fetched = window.fetch;
+          window.fetch = (...given) => new Promise((done) => {
+            window.answered = () => done(fetched(...given));
+          });
+          lanes.motion.last = "";
+          lanes.motion.ask();
+        }"""
+    )
+    until(page, 'by("pace").textContent === "computing ..."')
+    page.evaluate("window.answered()")
+    until(page, 'by("pace").textContent.startsWith("computed in ")')
+
+
 def test_axes_have_units_and_ticks_that_suit_what_they_show(opened):
     page = opened()
     texts = page.evaluate(

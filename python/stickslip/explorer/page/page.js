@@ -12,7 +12,7 @@ const state = {
   values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false,
   motion: null, loci: null, map: null, cursor: { series: "motion", time: 0 }, playing: false,
   // For those who measure: how many answers were drawn, and ms from the last input to the drawing.
-  updates: 0, latency: [], asked: 0,
+  updates: 0, latency: [], asked: 0, pace: "",
 };
 
 async function post(path, message) {
@@ -37,6 +37,8 @@ class Lane {
       this.wanted = false;
       const message = this.message(), since = state.asked, text = JSON.stringify(message);
       if (text === this.last) continue;
+      // An answer that takes long is on its way.
+      const waits = setTimeout(() => { by("pace").textContent = "computing ..."; }, 1e3 * SLOW);
       try {
         const answer = await (await post(this.path, message)).json();
         this.last = text;
@@ -47,6 +49,8 @@ class Lane {
         this.wanted = false;
         this.last = "";
       }
+      clearTimeout(waits);
+      by("pace").textContent = state.pace;
     }
     this.busy = false;
   }
@@ -132,7 +136,7 @@ function gotMotion(answer, message, since) {
   state.updates += 1;
   state.latency.push(performance.now() - since);
   if (state.latency.length > 2000) state.latency.shift();
-  by("pace").textContent = `computed in ${shown(1e3 * answer.seconds, 2)} ms`;
+  state.pace = `computed in ${shown(1e3 * answer.seconds, 2)} ms`;
 }
 
 function gotLoci(answer, message) {
