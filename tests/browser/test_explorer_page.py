@@ -174,6 +174,74 @@ def test_axes_zoom_move_and_come_back(opened):
     assert "growth rate" in page.locator("#map .tip").inner_text()
 
 
+def test_an_answer_that_takes_long_is_told_to_be_on_its_way(opened):
+    page = opened()
+    pace = page.locator("#pace")
+    assert pace.inner_text().startswith("computed in ")
+    page.evaluate(
+        """() => {
+          const fetched = window.fetch;
+          window.fetch = (...given) => new Promise((done) => {
+            window.answered = () => done(fetched(...given));
+          });
+          lanes.motion.last = "";
+          lanes.motion.ask();
+        }"""
+    )
+    until(page, 'by("pace").textContent === "computing ..."')
+    page.evaluate("window.answered()")
+    until(page, 'by("pace").textContent.startsWith("computed in ")')
+
+
+def test_axes_have_units_and_ticks_that_suit_what_they_show(opened):
+    page = opened()
+    texts = page.evaluate(
+        """() => {
+          const told = [], write = CanvasRenderingContext2D.prototype.fillText;
+          CanvasRenderingContext2D.prototype.fillText = function (text, ...place) {
+            told.push(text);
+            write.call(this, text, ...place);
+          };
+          const texts = (draw) => { told.length = 0; draw(); return [...told]; };
+          const { way } = state.motion;
+          const far = (times) => ({ ...way, begin: way.begin * times, end: way.end * times,
+            time: way.time.map((t) => t * times) });
+          const work = (most) => [{ name: "contact 0", parts: { s: most, d: -0.3 * most } }];
+          const lines = (most) => ({ exact: true, frequency: [1, 2, 3],
+            amplitude: [1, 0.1, 0.01].map((a) => a * most) });
+          const portrait = plots.portraits[0];
+          const found = {
+            long: texts(() => drawWay(plots.way, far(1e3), 0)),
+            brief: texts(() => drawRibbon(plots.ribbon, far(1e-6))),
+            large: texts(() => drawEnergy(plots.energy, work(7.5e3))),
+            small: texts(() => drawEnergy(plots.energy, work(2e-5))),
+            told: worksOf(work(7.5e3)[0]),
+            metres: texts(() => drawLines(plots.lines, lines(2e6))),
+          };
+          portrait.zoomed = { x: [-57.5504, -57.5496], y: [0, 1] };
+          found.close = texts(() => drawPortrait(portrait, 0, state.motion.motion, null));
+          portrait.zoomed = null;
+          plots.lines.zoomed = { x: [0, 1], y: [0.31, 0.34] };
+          found.narrow = texts(() => drawLines(plots.lines, lines(2e6)));
+          plots.lines.zoomed = null;
+          return found;
+        }"""
+    )
+    assert "time, s" in texts["long"]
+    assert "time, ms" not in texts["long"]
+    assert "time, µs" in texts["brief"]
+    assert {"J", "0", "6"} <= set(texts["large"])
+    assert {"nJ", "0", "10", "20"} <= set(texts["small"])
+    assert texts["told"] == "contact 0: s 7.5, d \N{MINUS SIGN}2.25 J"
+    assert {"amplitude, m", "1e0", "1e\N{MINUS SIGN}2"} <= set(texts["metres"])
+    for name in ("close", "narrow"):
+        ticks = [text for text in texts[name] if not set(text) & set(" ,")]
+        assert len(ticks) > 4
+        assert name == "narrow" or len(set(ticks[:3])) == 3
+    assert any("from \N{MINUS SIGN}57.550" in text for text in texts["close"])
+    assert len(set(texts["narrow"])) == len(texts["narrow"])
+
+
 def test_other_parameters_make_another_map(opened):
     page = opened()
     page.locator("#y").select_option("inclination_0")

@@ -19,7 +19,7 @@ from click.testing import CliRunner
 import stickslip as ss
 from equal_chain import PART
 from stickslip.cli import main
-from stickslip.explorer import sound
+from stickslip.explorer import picture, sound
 from stickslip.explorer.knobs import joint, knobs
 from stickslip.scene.family import Family
 
@@ -443,6 +443,44 @@ def test_a_forced_joint_is_shown_without_modes():
             "slider_speed is 0"
             in asked(page, "/loci", values={}, x=["friction", 0.0, 3.0], count=31, critical=True)["error"]
         )
+
+
+def test_a_joint_slides_both_ways_in_words():
+    with ss.explore(forced_joint()) as page:
+        said = asked(page, "/motion", values={}, dof=0, patience=5.0, start={"kind": "mode"})["sentence"]
+    cycle = ss.simulate(forced_joint(), ss.State([0.0], [0.0], "s"), 2.0).limit_cycle()
+    share = 100.0 * cycle.durations[[name == "+" for name in cycle.combinations]].sum() / cycle.period
+    assert f"slides forwards {share:.0f} % and slides backwards {share:.0f} %" in said
+
+
+@pytest.mark.parametrize("speed", [0.1, -0.1])
+def test_steady_sliding_is_not_called_backwards(speed):
+    belt = ss.Contact(
+        tangential="x", friction=0.2, static_friction=0.4, normal_force=10.0, slider_speed=speed
+    )
+    scene = ss.Scene([1.0], [[100.0]], [[0.0]], [0.0], contacts=[belt], dofs=["x"])
+    with ss.explore(scene) as page:
+        start = {"kind": "kick", "dof": 0, "velocity": -5.0 * speed}
+        said = asked(page, "/motion", values={}, dof=0, patience=5.0, start=start)["sentence"]
+    assert "contact 0 sticks " in said
+    assert " and " not in said.partition("contact 0 sticks")[2]
+
+
+@pytest.mark.parametrize("seconds", [5e-6, 0.5, 60.0])
+def test_a_period_has_the_unit_that_suits_it(seconds):
+    rate = 2.0 * np.pi / seconds
+    scene = ss.Scene(
+        [1.0],
+        [[rate**2]],
+        [[0.5 * rate]],
+        [0.0],
+        dofs=["x"],
+        contacts=[],
+        loads=[ss.Harmonic({"x": rate**2}, 1.0 / seconds)],
+    )
+    cycle = ss.simulate(scene, ss.State([0.0], [0.0], ""), 40.0 * seconds).limit_cycle()
+    unit = {5e-6: "5 µs", 0.5: "500 ms", 60.0: "60 s"}[seconds]
+    assert f"limit cycle of {unit} " in picture._told(cycle)
 
 
 def test_a_given_normal_force_is_a_slider_only_where_a_contact_has_one():

@@ -211,6 +211,19 @@ def test_under_a_law_of_friction_stability_is_told_over_slider_speed():
     assert found.loci.slider_speed.to_numpy()[[0, -1]] == pytest.approx([0.2, 0.5])
 
 
+def test_quantities_of_a_slow_large_motion_have_units_that_suit_them():
+    belt = ss.Contact(tangential="x", friction=0.2, static_friction=0.4, normal_force=10.0, slider_speed=0.5)
+    scene = ss.Scene([1.0], [[1.0]], [[0.0]], [0.0], contacts=[belt], dofs=["x"])
+    start = Known(start=ss.sliding_equilibrium(scene).perturbed(velocity={"x": -9.0}))
+    found = findings(scene, "slow", known=start)
+    outline = Outline(page(found))
+    period = found.cycle.period
+    text = unescape(page(found))
+    assert f"limit cycle of period {period:.6g} s (" in text
+    assert re.search(r"Per period the sliders bring [0-9.]+ J, of which [0-9.]+ J become friction heat", text)
+    assert {"duration, s", "largest, m", "x, m", "slider, J", "displacement, m"} <= set(outline.cells)
+
+
 def test_a_chaotic_motion_is_named_with_its_exponent():
     found = findings(ss.models.two_subsystems(slider_speed=0.2), "chaos")
     text = page(found)

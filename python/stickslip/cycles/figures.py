@@ -16,7 +16,8 @@ from stickslip.cycles.attractors import UNKNOWN
 from stickslip.cycles.cycle import Cycle
 from stickslip.motion.figures import phase_planes, tangential
 from stickslip.scene.checks import Real
-from stickslip.show.style import MARKERS, MICROMETRES, OVERLAY, axes_of, quantity
+from stickslip.show.style import MARKERS, OVERLAY, axes_of, quantity
+from stickslip.show.units import MICROMETRES
 
 #: Samples of one period.
 PERIOD = 4097

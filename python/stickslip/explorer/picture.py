@@ -21,6 +21,7 @@ from stickslip.motion.motion import Motion
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.html import number
+from stickslip.show.units import TIMES, measured
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
@@ -146,14 +147,22 @@ def _told(cycle: Cycle) -> str:
         shares = {
             letter: 100.0
             * float(sum(times[k] for k, name in enumerate(cycle.combinations) if name[i] == letter))
-            for letter in "sd-"
+            for letter in "sd+-"
         }
-        words = {"s": "sticks", "d": "is open", "-": "slides backwards"}
-        happens = [f"{words[letter]} {share:.0f} %" for letter, share in shares.items() if share >= 0.5]
+        speed = cycle.scene.contacts[i].slider_speed
+        words = {"s": "sticks", "d": "is open"}
+        if speed == 0.0:
+            words |= {"-": "slides forwards", "+": "slides backwards"}
+        else:
+            # The other sense is that of steady sliding, which is not told.
+            words["-" if speed > 0.0 else "+"] = "overtakes its slider"
+        happens = [
+            f"{word} {shares[letter]:.0f} %" for letter, word in words.items() if shares[letter] >= 0.5
+        ]
         parts.append(f"contact {label} {' and '.join(happens) if happens else 'never stops sliding'}")
     which = "an unstable" if cycle.stable is False else "a"
     return (
-        f"The motion settles to {which} limit cycle of {number(1e3 * cycle.period, 5)} ms "
+        f"The motion settles to {which} limit cycle of {measured(cycle.period, TIMES, 5)} "
         f"({number(cycle.frequency, 5)} Hz): {', '.join(parts)} of the time."
     )
 

@@ -21,7 +21,8 @@ from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
 from stickslip.scene.contact import contact_index, dof_index
 from stickslip.scene.state import State
-from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES
+from stickslip.show.style import COLOURS, HATCHES, NAMES, OVERLAY, STYLES
+from stickslip.show.units import MICROMETRES
 
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001

@@ -18,6 +18,7 @@ from stickslip.report.findings import AT_REST, BIG, Findings
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
 from stickslip.show.style import NAMES
+from stickslip.show.units import ENERGIES, LENGTHS, TIMES, measured, suited
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
@@ -111,13 +112,14 @@ def cycle_section(found: Findings) -> Markup:
     cycle = found.cycle
     largest = cycle.largest_multiplier
     times = cycle.table()
+    time, per_second = suited(cycle.period, TIMES)
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
-        ["status", "duration, ms", *(f"pair {k + 1}" for k in range(times.sizes["pair"]))],
+        ["status", f"duration, {time}", *(f"pair {k + 1}" for k in range(times.sizes["pair"]))],
         [
             [
                 str(row.combination.item()),
-                1e3 * float(row.duration),
+                per_second * float(row.duration),
                 *(
                     "" if np.isnan(f) else number(f, 5) + (" u" if grows else "")
                     for f, grows in zip(row.frequency.to_numpy(), row.unstable.to_numpy(), strict=True)
@@ -135,11 +137,13 @@ def cycle_section(found: Findings) -> Markup:
             if abs(m) > 1e-12
         ],
     )
+    farthest = max((abs(float(x)) for ends in (cycle.minimum, cycle.maximum) for x in ends), default=0.0)
+    length, per_metre = suited(farthest, LENGTHS)
     amplitudes = table(
         "Extremes of every displacement",
-        ["dof", "smallest, µm", "largest, µm", "amplitude, µm"],
+        ["dof", *(f"{value}, {length}" for value in ("smallest", "largest", "amplitude"))],
         [
-            [name, 1e6 * float(low), 1e6 * float(high), 1e6 * float(half)]
+            [name, per_metre * float(low), per_metre * float(high), per_metre * float(half)]
             for name, low, high, half in zip(
                 found.scene.dofs, cycle.minimum, cycle.maximum, cycle.amplitude, strict=True
             )
@@ -150,7 +154,7 @@ def cycle_section(found: Findings) -> Markup:
         "Limit cycle",
         facts(
             [
-                ("period", f"{number(1e3 * cycle.period, 12)} ms"),
+                ("period", measured(cycle.period, TIMES, 12)),
                 ("frequency", f"{number(cycle.frequency, 8)} Hz"),
                 ("stability", cycle.stability),
                 ("largest multiplier across the flow", "not known" if np.isnan(largest) else number(largest)),
@@ -158,7 +162,7 @@ def cycle_section(found: Findings) -> Markup:
             ]
         ),
         _portraits(
-            found, f"Phase portrait of every contact over one period of {number(1e3 * cycle.period)} ms."
+            found, f"Phase portrait of every contact over one period of {measured(cycle.period, TIMES)}."
         ),
         _status(cycle.run, "cycle-status", "Status of every contact over one period."),
         sequence,
@@ -184,8 +188,10 @@ def spectrum_section(found: Findings) -> Markup:
     order = 1 + np.argsort(-size)[:LINES]
     frequency = found.lines.frequency.to_numpy()
     main = number(float(frequency[order[0]]))
+    unit, per_metre = suited(float(amplitude[order].max(initial=0.0)), LENGTHS)
     rows = [
-        [float(frequency[k]), *(1e6 * float(amplitude[k, d]) for d in found.moving)] for k in sorted(order)
+        [float(frequency[k]), *(per_metre * float(amplitude[k, d]) for d in found.moving)]
+        for k in sorted(order)
     ]
     text = (
         "Lines of the limit cycle, integrated in closed form phase by phase: no window, no leakage."
@@ -204,7 +210,7 @@ def spectrum_section(found: Findings) -> Markup:
         ),
         table(
             "The largest lines",
-            ["frequency, Hz", *(f"{found.scene.dofs[d]}, µm" for d in found.moving)],
+            ["frequency, Hz", *(f"{found.scene.dofs[d]}, {unit}" for d in found.moving)],
             rows,
         ),
     )
@@ -243,10 +249,16 @@ def energy_section(found: Findings) -> Markup:
         name: by_status[name].transpose("contact", "status").to_numpy()
         for name in ("time", "slider", "friction_heat", "work")
     }
+    lasting, per_second = suited(float(works_of["time"].max(initial=0.0)), TIMES)
+    works_shown = ("slider", "friction_heat", "work")
+    energy, per_joule = suited(
+        max(float(np.abs(works_of[name]).max(initial=0.0)) for name in works_shown), ENERGIES
+    )
     by_contact = [
         [
             f"{label}, {NAMES[status]}",
-            *(1e3 * float(works_of[name][i, k]) for name in ("time", "slider", "friction_heat", "work")),
+            per_second * float(works_of["time"][i, k]),
+            *(per_joule * float(works_of[name][i, k]) for name in works_shown),
         ]
         for i, label in enumerate(found.scene.contact_labels())
         for k, status in enumerate(STATUSES)
@@ -272,7 +284,11 @@ def energy_section(found: Findings) -> Markup:
         table(f"Energy of {over}", ["term", "J"], rows),
         table(
             "Contacts by status: time and works",
-            ["contact, status", "time, ms", "slider, mJ", "friction heat, mJ", "into the structure, mJ"],
+            [
+                "contact, status",
+                f"time, {lasting}",
+                *(f"{work}, {energy}" for work in ("slider", "friction heat", "into the structure")),
+            ],
             by_contact,
         )
         if by_contact

@@ -24,6 +24,7 @@ from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
 from stickslip.show.html import details, facts, number, section, template
 from stickslip.show.replaced_file import replace_file
+from stickslip.show.units import ENERGIES, TIMES, measured
 
 #: Letters of a scene file up to which the page holds a copy.
 COPIED = 200_000
@@ -190,7 +191,7 @@ def verdict(found: Findings) -> str:
     if found.cycle is not None:
         cycle = found.cycle
         second = (
-            f"Disturbed, the motion settles to a limit cycle of period {number(1e3 * cycle.period)} ms "
+            f"Disturbed, the motion settles to a limit cycle of period {measured(cycle.period, TIMES)} "
             f"({number(cycle.frequency)} Hz) through {' '.join(cycle.combinations[:16])}"
             f"{' ...' if len(cycle.combinations) > 16 else ''}."
         )
@@ -200,8 +201,8 @@ def verdict(found: Findings) -> str:
         second = f"{found.reasons['cycle']}."
     if found.balance is not None and found.cycle is not None:
         second += (
-            f" Per period the sliders bring {number(1e3 * found.balance.slider, 4)} mJ, of which "
-            f"{number(1e3 * found.balance.friction_heat, 4)} mJ become friction heat."
+            f" Per period the sliders bring {measured(found.balance.slider, ENERGIES, 4)}, of which "
+            f"{measured(found.balance.friction_heat, ENERGIES, 4)} become friction heat."
         )
     return f"{first} {second}"
 

@@ -16,6 +16,7 @@ from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
+from stickslip.show.units import LENGTHS, suited
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
@@ -129,6 +130,7 @@ def equilibrium_section(found: Findings) -> Markup:
             *(column.to_numpy() for column in columns), state.combination, strict=True
         )
     ]
+    unit, per_metre = suited(float(np.abs(state.position).max(initial=0.0)), LENGTHS)
     return section(
         "equilibrium",
         "Steady sliding",
@@ -147,8 +149,8 @@ def equilibrium_section(found: Findings) -> Markup:
             "Displacements",
             table(
                 "Displacements in steady sliding",
-                ["dof", "displacement, µm"],
-                [[name, 1e6 * float(x)] for name, x in zip(scene.dofs, state.position, strict=True)],
+                ["dof", f"displacement, {unit}"],
+                [[name, per_metre * float(x)] for name, x in zip(scene.dofs, state.position, strict=True)],
             ),
         ),
     )

@@ -38,19 +38,19 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
     return plot;
   });
   const timed = (id, series) => {
-    make(id, { hover: ({ x }) => (series() ? `${shown(x, 5)} ms  ${status(series(), x / 1e3)}` : "") }).drawn = draw;
+    make(id, { hover: ({ x }) => (series() ? `${shown(x, 5)} ${plots[id].timeName}  ${status(series(), x / plots[id].perSecond)}` : "") }).drawn = draw;
     plots[id].stage.addEventListener("click", (event) => {
       const place = plots[id].at(event);
       if (!place.inside || !series()) return;
       play(false);
-      cursor = { way: id === "way", time: place.x / 1e3 };
+      cursor = { way: id === "way", time: place.x / plots[id].perSecond };
       if (cursor.way && at !== first) move(first); else draw();
     });
   };
   timed("ribbon", () => current().motion);
   make("energy", { left: 84, zooms: false, hover: ({ w }) => {
     const rows = current().energy, one = rows?.[Math.floor((1 - w) * rows.length)];
-    return one ? `${one.name}: ${Object.entries(one.parts).filter(([, v]) => v).map(([p, v]) => `${p} ${shown(v, 3)}`).join(", ")} mJ` : "";
+    return one ? worksOf(one) : "";
   } }).drawn = draw;
   timed("way", () => whole.way);
   const names = { loci: "Root loci", structure: "Structure in motion", ribbon: "Status over time", energy: "Work of the contacts", way: "Displacement from the start on" };
@@ -81,7 +81,7 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
       const ctx = plot.begin(1);
       if (way === cursor.way) plot.clipped(() => {
         ctx.strokeStyle = theme.ink; ctx.lineWidth = 2; ctx.beginPath();
-        ctx.moveTo(plot.X(1e3 * cursor.time), plot.box.y); ctx.lineTo(plot.X(1e3 * cursor.time), plot.box.y + plot.box.h); ctx.stroke();
+        ctx.moveTo(plot.X(plot.perSecond * cursor.time), plot.box.y); ctx.lineTo(plot.X(plot.perSecond * cursor.time), plot.box.y + plot.box.h); ctx.stroke();
       }, 1);
     }
   }

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter, FuncFormatter
 
 from stickslip.show.replaced_file import replace_file
+from stickslip.show.units import ENERGIES, LENGTHS, suited
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
@@ -26,11 +27,6 @@ MARKERS = "osD^v<>P"
 CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 #: Stable and unstable.
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
-MICROMETRES = 1e6
-#: Units of length, by how many of them a metre has.
-LENGTHS = {"m": 1.0, "mm": 1e3, "µm": MICROMETRES}
-#: Units of energy, by how many of them a joule has.
-ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}
 #: Range of a time axis, s, below which its ticks are in ms.
 SHORT = 0.1
 #: Points per inch that journals ask for at least.
@@ -115,9 +111,9 @@ def readable_units(figure: Figure) -> None:
             if not comma or units is None or axis.get_scale() != "linear":
                 continue
             largest = np.abs(axis.get_view_interval()).max() / units[unit]
-            fitting = next((of for of, per_base in units.items() if largest * per_base >= 1.0), [*units][-1])
+            fitting, count = suited(largest, units)
             if fitting != unit:
-                factor = units[fitting] / units[unit]
+                factor = count / units[unit]
                 axis.set_label_text(f"{name}, {fitting}")
                 axis.set_major_formatter(_scaled(factor))
 

@@ -12,7 +12,7 @@ const state = {
   values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false,
   motion: null, loci: null, map: null, cursor: { series: "motion", time: 0 }, playing: false,
   // For those who measure: how many answers were drawn, and ms from the last input to the drawing.
-  updates: 0, latency: [], asked: 0,
+  updates: 0, latency: [], asked: 0, pace: "",
 };
 
 async function post(path, message) {
@@ -37,6 +37,8 @@ class Lane {
       this.wanted = false;
       const message = this.message(), since = state.asked, text = JSON.stringify(message);
       if (text === this.last) continue;
+      // An answer that takes long is on its way.
+      const waits = setTimeout(() => { by("pace").textContent = "computing ..."; }, 1e3 * SLOW);
       try {
         const answer = await (await post(this.path, message)).json();
         this.last = text;
@@ -47,6 +49,8 @@ class Lane {
         this.wanted = false;
         this.last = "";
       }
+      clearTimeout(waits);
+      by("pace").textContent = state.pace;
     }
     this.busy = false;
   }
@@ -132,7 +136,7 @@ function gotMotion(answer, message, since) {
   state.updates += 1;
   state.latency.push(performance.now() - since);
   if (state.latency.length > 2000) state.latency.shift();
-  by("pace").textContent = `computed in ${shown(1e3 * answer.seconds, 2)} ms`;
+  state.pace = `computed in ${shown(1e3 * answer.seconds, 2)} ms`;
 }
 
 function gotLoci(answer, message) {
@@ -182,7 +186,7 @@ function drawCursor() {
     const ctx = plot.begin(1);
     if (own === name) plot.clipped(() => {
       ctx.strokeStyle = theme.ink; ctx.lineWidth = 2; ctx.beginPath();
-      ctx.moveTo(plot.X(1e3 * time), plot.box.y); ctx.lineTo(plot.X(1e3 * time), plot.box.y + plot.box.h); ctx.stroke();
+      ctx.moveTo(plot.X(plot.perSecond * time), plot.box.y); ctx.lineTo(plot.X(plot.perSecond * time), plot.box.y + plot.box.h); ctx.stroke();
     }, 1);
   }
 }
@@ -359,14 +363,14 @@ function makePlots() {
   });
   const status = (series, time) => series.contacts.map((i, k) => `${scene.contacts[i]}: ${String.fromCharCode(series.status[indexAt(series, time) * series.contacts.length + k])}`).join("  ");
   const timed = (id, own) => {
-    make(id, { hover: ({ x }) => (state.motion?.[own] ? `${shown(x, 5)} ms  ${status(state.motion[own], x / 1e3)}` : "") });
+    make(id, { hover: ({ x }) => (state.motion?.[own] ? `${shown(x, 5)} ${plots[id].timeName}  ${status(state.motion[own], x / plots[id].perSecond)}` : "") });
     plots[id].drawn = () => { if (state.motion?.motion) { drawMotion(); drawCursor(); } };
     let held = false;
     const set = (event) => {
       const at = plots[id].at(event);
       if (!at.inside || !state.motion?.[own]) return;
       const other = state.cursor.series !== own;
-      state.cursor = { series: own, time: at.x / 1e3 };
+      state.cursor = { series: own, time: at.x / plots[id].perSecond };
       if (other) drawMotion();
       drawCursor();
     };
@@ -383,12 +387,12 @@ function makePlots() {
     const lines = state.motion?.lines;
     if (!lines?.frequency.length) return "";
     const k = lines.frequency.reduce((best, f, i) => (Math.abs(f - x) < Math.abs(lines.frequency[best] - x) ? i : best), 0);
-    return `${shown(lines.frequency[k], 5)} Hz: ${shown(lines.amplitude[k], 4)} \u00b5m`;
+    return `${shown(lines.frequency[k], 5)} Hz: ${shown(plots.lines.factor * lines.amplitude[k], 4)} ${plots.lines.unit}`;
   } });
   plots.lines.log = true;
   make("energy", { left: 84, zooms: false, hover: ({ w }) => {
     const rows = state.motion?.energy, one = rows?.[Math.floor((1 - w) * rows.length)];
-    return one ? `${one.name}: ${Object.entries(one.parts).filter(([, v]) => v).map(([p, v]) => `${p} ${shown(v, 3)}`).join(", ")} mJ` : "";
+    return one ? worksOf(one) : "";
   } });
   for (const id of ["lines", "energy"]) plots[id].drawn = () => { if (state.motion?.motion) drawMotion(); };
   const names = { map: "Map of stability; drag the point, or move it by the arrow keys", loci: "Root loci", structure: "Structure in motion",

@@ -8,6 +8,15 @@ const decode = (text, Kind) => {
 };
 // Displacements are in µm, mm or m, as in the figures: how many of them a metre has, and the name.
 const unitOf = (largest) => (largest < 1e-3 ? [1e6, "\u00b5m"] : largest < 1 ? [1e3, "mm"] : [1, "m"]);
+// Likewise of times by the length that is shown, s, and of works by the largest one, mJ.
+const timeUnit = ({ begin, end }) => (end - begin < 1e-3 ? [1e6, "\u00b5s"] : end - begin < 1 ? [1e3, "ms"] : [1, "s"]);
+const workUnit = (largest) => (largest === 0 ? [1, "mJ"] : largest < 1e-3 ? [1e6, "nJ"] : largest < 1 ? [1e3, "\u00b5J"] : largest < 1e3 ? [1, "mJ"] : [1e-3, "J"]);
+// The parts of a work as a text, in the unit that suits the largest one.
+function worksOf({ name, parts }) {
+  const works = Object.entries(parts).filter(([, work]) => work);
+  const [factor, unit] = workUnit(Math.max(...works.map(([, work]) => Math.abs(work)), 0));
+  return `${name}: ${works.map(([part, work]) => `${part} ${shown(work * factor, 3)}`).join(", ")} ${unit}`;
+}
 const DASHES = { "-": [], "-.": [7, 3, 1.5, 3], ":": [2, 2], "--": [7, 4] };
 // Codes of the statuses that a click in the legend took out of the portraits.
 const hidden = new Set();
@@ -216,11 +225,11 @@ function drawPortrait(plot, k, motion, way) {
   plot.frame(`contact ${scene.contacts[motion.contacts[k]]}: displacement, ${unit}`, "velocity, m/s");
 }
 
-function ribbon(plot, ctx, series, top, height) {
+function ribbon(plot, ctx, series, top, height, factor) {
   const each = height / series.contacts.length;
   series.contacts.forEach((_, k) => {
     for (const [code, first, last] of runsOf(series, k)) {
-      const a = plot.X(1e3 * series.time[first]), b = plot.X(1e3 * series.time[last]);
+      const a = plot.X(factor * series.time[first]), b = plot.X(factor * series.time[last]);
       bar(ctx, code, a, top + k * each + 1, Math.max(b - a, 0.7), each - 2);
     }
   });
@@ -228,9 +237,10 @@ function ribbon(plot, ctx, series, top, height) {
 
 function drawRibbon(plot, motion) {
   const ctx = plot.begin();
-  plot.auto = { x: [1e3 * motion.begin, 1e3 * motion.end], y: [0, 1] };
-  plot.clipped(() => ribbon(plot, ctx, motion, plot.box.y, plot.box.h));
-  plot.frame("time, ms", "", { yticks: false });
+  const [per, name] = [plot.perSecond, plot.timeName] = timeUnit(motion);
+  plot.auto = { x: [per * motion.begin, per * motion.end], y: [0, 1] };
+  plot.clipped(() => ribbon(plot, ctx, motion, plot.box.y, plot.box.h, per));
+  plot.frame(`time, ${name}`, "", { yticks: false });
   ctx.fillStyle = theme.quiet; ctx.textAlign = "right"; ctx.textBaseline = "middle"; ctx.font = "11px system-ui, sans-serif";
   const each = plot.box.h / motion.contacts.length;
   motion.contacts.forEach((i, k) => ctx.fillText(String(scene.contacts[i]).slice(0, 8), plot.box.x - 6, plot.box.y + (k + 0.5) * each));
@@ -245,19 +255,23 @@ function drawWay(plot, way, dof) {
   for (let i = 0; i < x.length; i++) x[i] *= factor;
   // The statuses stand below the curve.
   const [low, high] = extent(x, 0.08), below = (high - low) * 18 / Math.max(plot.box.h - 18, 18);
-  plot.auto = { x: [1e3 * way.begin, 1e3 * way.end], y: [low - below, high] };
+  const [per, name] = [plot.perSecond, plot.timeName] = timeUnit(way);
+  plot.auto = { x: [per * way.begin, per * way.end], y: [low - below, high] };
   plot.clipped(() => {
     ctx.strokeStyle = theme.accent; ctx.lineWidth = 1; ctx.beginPath();
-    for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(1e3 * way.time[i]), plot.Y(x[i]));
+    for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(per * way.time[i]), plot.Y(x[i]));
     ctx.stroke();
-    ribbon(plot, ctx, way, plot.box.y + plot.box.h - 16, 16);
+    ribbon(plot, ctx, way, plot.box.y + plot.box.h - 16, 16, per);
   });
-  plot.frame("time, ms", `${scene.dofs[dof]}, ${unit}`);
+  plot.frame(`time, ${name}`, `${scene.dofs[dof]}, ${unit}`);
 }
 
 function drawLines(plot, lines) {
   const ctx = plot.begin();
-  const logs = lines.amplitude.map((a) => Math.log10(Math.max(a, 1e-12)));
+  // Amplitudes come in µm.
+  const [per, unit] = unitOf(Math.max(...extent(lines.amplitude, 0), 0) / 1e6), factor = per / 1e6;
+  plot.factor = factor; plot.unit = unit;
+  const logs = lines.amplitude.map((a) => Math.log10(Math.max(factor * a, 1e-12)));
   let top = -12;
   for (const a of logs) if (a > top) top = a;
   const floor = top - 5;
@@ -273,7 +287,7 @@ function drawLines(plot, lines) {
     ctx.stroke();
     if (lines.exact) lines.frequency.forEach((f, k) => { if (logs[k] > floor) plot.dot(ctx, f, logs[k], theme.accent, 3); });
   });
-  plot.frame("frequency, Hz", "amplitude, \u00b5m");
+  plot.frame("frequency, Hz", `amplitude, ${unit}`);
 }
 
 function drawEnergy(plot, rows) {
@@ -284,19 +298,20 @@ function drawEnergy(plot, rows) {
     low = Math.min(low, works.reduce((s, w) => s + Math.min(w, 0), 0));
     high = Math.max(high, works.reduce((s, w) => s + Math.max(w, 0), 0));
   }
-  plot.auto = { x: extent([low, high]), y: [0, 1] };
+  const [factor, unit] = workUnit(Math.max(-low, high));
+  plot.auto = { x: extent([factor * low, factor * high]), y: [0, 1] };
   const each = plot.box.h / rows.length, others = { impact: theme.ink, other: theme.quiet };
   rows.forEach((row, r) => {
     let below = 0, above = 0;
-    for (const [part, work] of Object.entries(row.parts)) {
-      const from = work < 0 ? below : above, to = from + work;
+    for (const [part, inMillijoules] of Object.entries(row.parts)) {
+      const work = factor * inMillijoules, from = work < 0 ? below : above, to = from + work;
       if (work < 0) below = to; else above = to;
       const a = plot.X(Math.min(from, to)), b = plot.X(Math.max(from, to)), top = plot.box.y + r * each + 2;
       if (others[part]) { ctx.fillStyle = others[part]; ctx.fillRect(a, top, b - a, each - 4); }
       else bar(ctx, part.charCodeAt(0), a, top, b - a, each - 4);
     }
   });
-  plot.frame("mJ", "", { yticks: false });
+  plot.frame(unit, "", { yticks: false });
   ctx.strokeStyle = theme.ink; ctx.beginPath(); ctx.moveTo(plot.X(0), plot.box.y); ctx.lineTo(plot.X(0), plot.box.y + plot.box.h); ctx.stroke();
   ctx.fillStyle = theme.quiet; ctx.textAlign = "right"; ctx.textBaseline = "middle"; ctx.font = "11px system-ui, sans-serif";
   rows.forEach((row, r) => ctx.fillText(row.name.slice(0, 14), plot.box.x - 6, plot.box.y + (r + 0.5) * each));

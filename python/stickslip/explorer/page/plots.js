@@ -20,6 +20,22 @@ function ticksOf(low, high, most) {
   return ticks;
 }
 
+// The names of ticks, which differ; where that would take many digits, they count from a place that the axis names.
+function namesOf(ticks) {
+  const step = ticks.length > 1 ? ticks[1] - ticks[0] : 0, largest = Math.max(...ticks.map(Math.abs), 0);
+  const digits = step > 0 ? Math.floor(Math.log10(largest)) - Math.floor(Math.log10(step) + 1e-9) + 1 : 4;
+  if (digits <= 5) return { names: ticks.map((tick) => shown(tick, Math.max(digits, 4))), from: "" };
+  return { names: ticks.map((tick) => shown(Math.round((tick - ticks[0]) / step) * step)), from: ` from ${shown(ticks[0], Math.min(digits, 15))} on` };
+}
+
+// Whole powers of ten in a range of decimal logarithms, or what stands between two of them; each with its name.
+function powersOf(low, high, most) {
+  const ticks = ticksOf(low, high, most), whole = ticks.filter((tick) => Math.abs(tick - Math.round(tick)) < 1e-9);
+  if (whole.length > 1) return { ticks: whole, names: whole.map((tick) => `1e${Math.round(tick)}`.replace("-", "\u2212")) };
+  // Narrower than a decade: numbers, which differ.
+  return { ticks, names: ticks.map((tick) => (10 ** tick).toExponential(Math.max(2, Math.ceil(-Math.log10(high - low)) + 1)).replace("e+0", "").replace(/-/g, "\u2212")) };
+}
+
 // The smallest and largest of some numbers, a little apart, and around each other where they are the same.
 function extent(values, margin = 0.05) {
   let low = Infinity, high = -Infinity;
@@ -96,25 +112,29 @@ class Plot {
     ctx.strokeStyle = theme.line; ctx.fillStyle = theme.quiet; ctx.lineWidth = 1;
     ctx.strokeRect(x, y, w, h);
     ctx.textAlign = "center"; ctx.textBaseline = "top";
-    for (const tick of ticksOf(...range.x, Math.floor(w / 70))) {
+    const across = ticksOf(...range.x, Math.floor(w / 70)), { names, from } = namesOf(across);
+    for (const [k, tick] of across.entries()) {
       const px = this.X(tick);
       ctx.beginPath(); ctx.moveTo(px, y + h); ctx.lineTo(px, y + h + 4); ctx.stroke();
       // The last number is not cut off by the margin.
-      const text = shown(tick);
+      const text = names[k];
       ctx.fillText(text, Math.min(px, this.width - 1 - ctx.measureText(text).width / 2), y + h + 6);
     }
-    ctx.fillText(xlabel, x + w / 2, y + h + 19);
+    ctx.fillText(xlabel + from, x + w / 2, y + h + 19);
+    let above = "";
     if (yticks) {
+      const most = Math.floor(h / 34), up = this.log ? powersOf(...range.y, most) : { ticks: ticksOf(...range.y, most) };
+      if (!this.log) ({ names: up.names, from: above } = namesOf(up.ticks));
       ctx.textAlign = "right"; ctx.textBaseline = "middle";
-      for (const tick of ticksOf(...range.y, Math.floor(h / 34))) {
+      for (const [k, tick] of up.ticks.entries()) {
         const py = this.Y(tick);
         ctx.beginPath(); ctx.moveTo(x - 4, py); ctx.lineTo(x, py); ctx.stroke();
-        ctx.fillText(this.log ? `1e${tick}`.replace("-", "\u2212") : shown(tick), x - 6, py);
+        ctx.fillText(up.names[k], x - 6, py);
       }
     }
     ctx.translate(10, y + h / 2); ctx.rotate(-Math.PI / 2);
     ctx.textAlign = "center"; ctx.textBaseline = "middle";
-    ctx.fillText(ylabel, 0, 0);
+    ctx.fillText(ylabel + above, 0, 0);
     ctx.restore();
   }
 
