@@ -1,6 +1,7 @@
 //! The kinds of events, and their names.
 
 use crate::error::input::Error;
+use crate::scene::contact_law::Contact;
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.
@@ -29,6 +30,22 @@ pub enum EventKind {
     Turn,
     /// Friction that falls with slip speed reached zero, which ends a run. No run has one.
     Exhausted,
+}
+
+/// A coordinate whose place, m, or speed, m/s, is set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Set {
+    Place(usize, f64),
+    Speed(usize, f64),
+}
+
+impl Set {
+    pub fn apply(self, q: &mut [f64], u: &mut [f64]) {
+        match self {
+            Set::Place(coordinate, place) => q[coordinate] = place,
+            Set::Speed(coordinate, speed) => u[coordinate] = speed,
+        }
+    }
 }
 
 /// Stands for the contact of an event that belongs to no contact.
@@ -65,6 +82,24 @@ impl EventKind {
         EventKind::Turn,
         EventKind::Exhausted,
     ];
+
+    /// What an event sets in the coordinates of its contact to the exact value that it stands for, before anything jumps.
+    pub(crate) fn sets(self, law: &Contact) -> Vec<Set> {
+        match self {
+            EventKind::Velocity => vec![Set::Speed(law.tangential, law.slider_speed)],
+            EventKind::Impact | EventKind::Closing => vec![Set::Place(law.normal, law.closed())],
+            EventKind::Accumulation => {
+                vec![Set::Place(law.normal, law.closed()), Set::Speed(law.normal, 0.0)]
+            }
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Jump
+            | EventKind::Load
+            | EventKind::Turn
+            | EventKind::Exhausted => Vec::new(),
+        }
+    }
 
     /// Whether a contact of this status can have such an event, and the motion goes on after it.
     pub(crate) const fn can_end(self, status: Status) -> bool {

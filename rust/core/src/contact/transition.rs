@@ -45,26 +45,8 @@ pub(crate) fn settle(
             switched = true;
             continue;
         }
-        let law = &scene.contacts[contact];
-        match trigger {
-            EventKind::Velocity => u[law.tangential] = law.slider_speed,
-            EventKind::Impact => {
-                q[law.normal] = law.closed();
-                impact = true;
-            }
-            EventKind::Accumulation => {
-                q[law.normal] = law.closed();
-                u[law.normal] = 0.0;
-            }
-            EventKind::Closing => q[law.normal] = law.closed(),
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
-        }
+        trigger.sets(&scene.contacts[contact]).into_iter().for_each(|set| set.apply(q, u));
+        impact |= trigger == EventKind::Impact;
     }
     let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
     scene.follow_held(struck.map(|trigger| scene.contacts[trigger.0].normal), u);

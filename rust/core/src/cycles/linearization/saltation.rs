@@ -17,7 +17,7 @@
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::contact::event_function::{EventFunction, ending, event_functions};
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, Set};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
 use crate::contact::transition;
@@ -119,31 +119,17 @@ impl Passage {
         if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
             return Ok(());
         }
-        let law = &scene.contacts[self.contact];
         if self.is_joint() {
             self.strike(scene, before, state)?;
             Closing::new(scene, before, self.contact, &self.series, state)?.close(state);
             return Ok(());
         }
+        if self.trigger == EventKind::Impact {
+            return self.strike(scene, before, state);
+        }
         let (q, u) = state.split_at_mut(scene.size);
-        match self.trigger {
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let law = &scene.contacts[contact];
-                u[law.tangential] = law.slider_speed;
-            }),
-            EventKind::Impact => self.strike(scene, before, state)?,
-            EventKind::Accumulation => {
-                q[law.normal] = law.closed();
-                u[law.normal] = 0.0;
-            }
-            EventKind::Closing => q[law.normal] = law.closed(),
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
+        for law in self.own().map(|contact| &scene.contacts[contact]) {
+            self.trigger.sets(law).into_iter().for_each(|set| set.apply(q, u));
         }
         Ok(())
     }
@@ -243,49 +229,36 @@ impl Passage {
         }
         let law = &scene.contacts[self.contact];
         let (t, g) = (n + law.tangential, n + law.normal);
-        match self.trigger {
-            EventKind::Release
-            | EventKind::SlipPositive
-            | EventKind::SlipNegative
-            | EventKind::Jump
-            | EventKind::Load
-            | EventKind::Turn
-            | EventKind::Exhausted => {}
-            EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
-            EventKind::Velocity => self.own().for_each(|contact| {
-                let t = n + scene.contacts[contact].tangential;
-                matrix[(t, t)] = 0.0;
-            }),
-            EventKind::Accumulation => {
-                matrix[(law.normal, law.normal)] = 0.0;
-                matrix[(g, g)] = 0.0;
+        // The gap is zero at an impact; the time shift does the rest.
+        for law in self.own().map(|contact| &scene.contacts[contact]) {
+            for set in self.trigger.sets(law) {
+                let entry = match set {
+                    Set::Place(coordinate, _) => coordinate,
+                    Set::Speed(coordinate, _) => n + coordinate,
+                };
+                matrix[(entry, entry)] = 0.0;
             }
-            EventKind::Impact => {
-                // The gap is zero at the event; the time shift does the rest.
-                for contact in self.own() {
-                    let normal = scene.contacts[contact].normal;
-                    matrix[(normal, normal)] = 0.0;
+        }
+        if self.trigger == EventKind::Impact {
+            match &scene.coordinates.delassus {
+                Some(w) => {
+                    let struck: Vec<usize> = self.own().collect();
+                    coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
                 }
-                match &scene.coordinates.delassus {
-                    Some(w) => {
-                        let struck: Vec<usize> = self.own().collect();
-                        coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
-                    }
-                    None => {
-                        matrix[(g, g)] = -law.restitution;
-                        if scene.impact_friction && arrived[t] == law.slider_speed {
-                            matrix[(t, t)] = 0.0;
-                        } else if scene.impact_friction {
-                            // |g'| = -g' before an impact, and the law counts at the slip velocity then.
-                            let ratio = scene.mass.get(law.normal, law.normal)
-                                / scene.mass.get(law.tangential, law.tangential);
-                            let slip = (end[t] - law.slider_speed).signum();
-                            let impulse = (1.0 + law.restitution) * ratio;
-                            let slope = scene.friction_slope(self.contact, &end[n..]);
-                            matrix[(t, t)] = 1.0 + slope * impulse * end[g];
-                            matrix[(t, g)] =
-                                slip * scene.friction_at(self.contact, &end[n..]) * impulse;
-                        }
+                None => {
+                    matrix[(g, g)] = -law.restitution;
+                    if scene.impact_friction && arrived[t] == law.slider_speed {
+                        matrix[(t, t)] = 0.0;
+                    } else if scene.impact_friction {
+                        // |g'| = -g' before an impact, and the law counts at the slip velocity then.
+                        let ratio = scene.mass.get(law.normal, law.normal)
+                            / scene.mass.get(law.tangential, law.tangential);
+                        let slip = (end[t] - law.slider_speed).signum();
+                        let impulse = (1.0 + law.restitution) * ratio;
+                        let slope = scene.friction_slope(self.contact, &end[n..]);
+                        matrix[(t, t)] = 1.0 + slope * impulse * end[g];
+                        matrix[(t, g)] =
+                            slip * scene.friction_at(self.contact, &end[n..]) * impulse;
                     }
                 }
             }
