@@ -185,7 +185,7 @@ def test_two_sliders_on_one_dof_of_which_one_vibrates():
     assert outcome.compared == outcome.distinct == 36
 
 
-@pytest.mark.parametrize("index", [21, 47, 57])
+@pytest.mark.parametrize("index", [41, 47, 57])
 def test_slip_without_mass_under_laws(index):
     """Friction elements on springs, whose laws rise."""
     extras = ["stops", "laws", "compliant"]

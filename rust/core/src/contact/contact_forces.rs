@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::contact::coupled::contact_problem::held_rows;
-use crate::contact::coupled::dependent::Forces;
 use crate::contact::functional::Functional;
+use crate::contact::problem::contact_problem::status_equations;
+use crate::contact::problem::dependent::Forces;
 use crate::linalg::dense::Factors;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -114,20 +114,9 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
         let (held, found) = dependent_forces(scene, w, statuses);
         return found.of_rows * w.select_rows(&held);
     }
-    let size = 2 * statuses.len();
-    let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
-    for (i, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
-        let (t, n) = (2 * i, 2 * i + 1);
-        for (row, holds) in [(t, status == Status::Sticking), (n, status.is_closed())] {
-            if holds {
-                matrix.set_row(row, &w.row(row));
-                held.set_row(row, &w.row(row));
-            }
-        }
-        if status.is_sliding() {
-            matrix[(t, n)] = -status.friction_sign() * law.friction;
-        }
-    }
+    let (matrix, rows) = status_equations(w, statuses, |i| scene.contacts[i].friction);
+    let mut held = DMatrix::zeros(w.nrows(), w.nrows());
+    rows.into_iter().for_each(|row| held.set_row(row, &w.row(row)));
     Factors::new(matrix).solve(held)
 }
 
@@ -149,10 +138,7 @@ pub(super) fn dependent_forces(
     w: &DMatrix<f64>,
     statuses: &[Status],
 ) -> (Vec<usize>, Forces) {
-    let slope = |i: usize| statuses[i].friction_sign() * scene.contacts[i].friction;
-    let (held, map) = held_rows(statuses, slope);
-    let found = Forces::new(w, &held, &map);
-    (held, found)
+    Forces::of_statuses(w, statuses, |i| scene.contacts[i].friction)
 }
 
 /// The change of the forces (T, N) of all coupled contacts per newton of additional friction against the slip of one of

@@ -13,9 +13,9 @@
 use nalgebra::DMatrix;
 
 use crate::contact::contact_forces::{contact_forces, dependent_forces, reaction};
-use crate::contact::coupled::dependent::{MOST, eliminated};
 use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
+use crate::contact::problem::dependent::{MOST, eliminated};
 use crate::error::input::Error;
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::Scene;

@@ -1,10 +1,14 @@
 //! Affine functionals of the state.
 
-use crate::scene::massless::condensation::Condensed;
-use crate::scene::model::Scene;
+use crate::linalg::sparse::summed;
+use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 
 /// Relative difference of two functionals that is rounding.
 const MULTIPLE: f64 = 1e-9;
+
+fn dot(terms: &[(usize, f64)], x: &[f64]) -> f64 {
+    terms.iter().map(|&(k, weight)| weight * x[k]).sum()
+}
 
 /// `constant + position . q + velocity . q'` in contact coordinates.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,9 +20,6 @@ pub(crate) struct Functional {
 
 impl Functional {
     pub fn value(&self, q: &[f64], u: &[f64]) -> f64 {
-        let dot = |terms: &[(usize, f64)], x: &[f64]| -> f64 {
-            terms.iter().map(|&(k, weight)| weight * x[k]).sum()
-        };
         self.constant + dot(&self.position, q) + dot(&self.velocity, u)
     }
 
@@ -33,9 +34,6 @@ impl Functional {
 
     /// The change along a direction (dq, dq').
     pub fn rate(&self, dq: &[f64], du: &[f64]) -> f64 {
-        let dot = |terms: &[(usize, f64)], x: &[f64]| -> f64 {
-            terms.iter().map(|&(k, weight)| weight * x[k]).sum()
-        };
         dot(&self.position, dq) + dot(&self.velocity, du)
     }
 
@@ -75,33 +73,6 @@ impl Functional {
         size(&Self::sum([(1.0, self), (-1.0, other)].into_iter())) <= MULTIPLE * size(self)
     }
 
-    /// The same functional over the coordinates of x, in a scene in which some coordinates are sums of others.
-    pub fn substituted(&self, scene: &Scene) -> Self {
-        let over = |terms: &[(usize, f64)]| {
-            let mut sums: Vec<(usize, f64)> = Vec::new();
-            for &(k, weight) in terms {
-                match scene.dependents.iter().find(|one| one.coordinate == k) {
-                    None => sums.push((k, weight)),
-                    Some(one) => {
-                        sums.extend(one.terms.iter().map(|&(j, factor)| (j, weight * factor)));
-                    }
-                }
-            }
-            sums.sort_by_key(|term| term.0);
-            sums.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-            sums
-        };
-        Self {
-            position: over(&self.position),
-            velocity: over(&self.velocity),
-            constant: self.constant,
-        }
-    }
-
     pub fn scaled(&self, factor: f64) -> Self {
         let terms = |terms: &[(usize, f64)]| terms.iter().map(|&(k, w)| (k, factor * w)).collect();
         Self {
@@ -115,39 +86,22 @@ impl Functional {
         Self::sum([(1.0, self), (1.0, other)].into_iter())
     }
 
-    /// The same functional where some coordinates without mass follow the others.
-    pub fn condensed(&self, condensed: &Condensed) -> Self {
-        let (position, constant) = condensed.replaced(&self.position);
-        let (velocity, _) = condensed.replaced(&self.velocity);
+    /// The same functional where some coordinates follow the others.
+    pub fn pulled_back(&self, slaved: &SlavedCoordinates) -> Self {
+        let (position, constant) = slaved.pulled_back(&self.position);
+        let (velocity, _) = slaved.pulled_back(&self.velocity);
         Self { position, velocity, constant: self.constant + constant }
     }
 
     /// `sum_j factor_j part_j`
     pub fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
-        // A dense row of sums if the parts hold many coordinates of the scene; otherwise a sorted list.
         let merged = |of: fn(&Self) -> &[(usize, f64)]| -> Vec<(usize, f64)> {
-            let largest = parts.clone().filter_map(|(_, part)| of(part).last());
-            let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
-            if 8 * parts.clone().map(|(_, part)| of(part).len()).sum::<usize>() < count {
-                let factors = parts.clone().filter(|part| part.0 != 0.0);
-                let terms = factors
-                    .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w)));
-                let mut terms: Vec<(usize, f64)> = terms.collect();
-                terms.sort_by_key(|term| term.0);
-                terms.dedup_by(|next, kept| {
-                    let same = next.0 == kept.0;
-                    kept.1 += if same { next.1 } else { 0.0 };
-                    same
-                });
-                return terms;
-            }
-            let mut sums: Vec<Option<f64>> = vec![None; count];
-            for (factor, part) in parts.clone().filter(|part| part.0 != 0.0) {
-                for &(k, weight) in of(part) {
-                    *sums[k].get_or_insert(0.0) += factor * weight;
-                }
-            }
-            sums.into_iter().enumerate().filter_map(|(k, sum)| Some((k, sum?))).collect()
+            let factors = parts.clone().filter(|part| part.0 != 0.0);
+            let terms = factors
+                .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w)));
+            let mut terms = terms.collect();
+            summed(&mut terms);
+            terms
         };
         Self {
             position: merged(|part| &part.position),

@@ -7,6 +7,7 @@ pub(crate) mod event_function;
 pub(crate) mod event_kind;
 pub(crate) mod functional;
 pub(crate) mod linear_friction;
+pub(crate) mod problem;
 pub(crate) mod quasi_static;
 pub(crate) mod settlement;
 pub(crate) mod transition;

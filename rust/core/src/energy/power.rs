@@ -212,7 +212,7 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         let fitted = equation.scene(moving);
         let mut residual = fitted.residual(1.0, moved, velocities);
         equation.accelerate(&mut residual, &mut acceleration);
-        fitted.follow_rates(&mut acceleration);
+        fitted.dependents.follow_rates(&mut acceleration);
         let (_, acceleration) = moving.at_rest(velocities, &acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
         sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, q));

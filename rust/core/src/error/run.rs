@@ -13,6 +13,10 @@ pub enum Level {
     Accelerations,
     /// The impulses of an impact, with kinetic friction alone.
     Impulses,
+    /// Forces of contacts without mass, which change places.
+    Forces,
+    /// Rates of these forces, which change slip velocities and speeds of gaps.
+    Rates,
 }
 
 impl fmt::Display for Level {
@@ -20,6 +24,8 @@ impl fmt::Display for Level {
         f.write_str(match self {
             Level::Accelerations => "accelerations",
             Level::Impulses => "impulses",
+            Level::Forces => "forces",
+            Level::Rates => "rates",
         })
     }
 }
@@ -113,8 +119,8 @@ pub enum RunFailure {
         contacts: Vec<usize>,
         /// Time of the event, s.
         time: f64,
-        /// "forces" or "rates".
-        level: &'static str,
+        /// Whether forces or their rates are unknown.
+        level: Level,
         /// What happened, and the remedy.
         reason: &'static str,
     },
@@ -185,7 +191,12 @@ mod tests {
                 normal_force: 1.0,
                 required_friction: 2.0,
             },
-            RunFailure::QuasiStatic { contacts: vec![0], time, level: "forces", reason: "fails" },
+            RunFailure::QuasiStatic {
+                contacts: vec![0],
+                time,
+                level: Level::Forces,
+                reason: "fails",
+            },
             RunFailure::ContactProblem {
                 contacts: vec![0],
                 time,

@@ -377,3 +377,23 @@ impl SparseMatrix {
         dense
     }
 }
+
+/// Makes a sum of terms (coordinate, weight) a sparse vector: ascending, the terms of one coordinate added up in their order.
+pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
+    let size = entries.iter().map(|entry| entry.0 + 1).max().unwrap_or(0);
+    if entries.len() > size {
+        // A place for every column is quicker than an order.
+        let mut sums: Vec<Option<f64>> = vec![None; size];
+        for (k, value) in entries.drain(..) {
+            sums[k] = Some(sums[k].map_or(value, |sum| sum + value));
+        }
+        entries.extend(sums.iter().enumerate().filter_map(|(k, sum)| Some((k, (*sum)?))));
+        return;
+    }
+    entries.sort_by_key(|entry| entry.0);
+    entries.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        kept.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+}

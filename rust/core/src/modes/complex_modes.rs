@@ -98,9 +98,9 @@ impl Modes {
                 let mut q = vec![0.0; scene.size];
                 reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
                 if let Some(condensed) = &condensed {
-                    condensed.complete_rates(&mut q);
+                    condensed.slaved.follow_rates(&mut q);
                 }
-                reduced.scene(scene).follow_rates(&mut q);
+                reduced.scene(scene).dependents.follow_rates(&mut q);
                 scene.velocities(&q)
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

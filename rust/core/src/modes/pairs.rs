@@ -71,9 +71,9 @@ pub fn judged_pairs(
             let mut q = vec![0.0; scene.size];
             reduction.kept.iter().zip(right).for_each(|(&k, z)| q[k] = part(z));
             if let Some(condensed) = &condensed {
-                condensed.complete_rates(&mut q);
+                condensed.slaved.follow_rates(&mut q);
             }
-            moving.follow_rates(&mut q);
+            moving.dependents.follow_rates(&mut q);
             scene.velocities(&q)
         };
         let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));

@@ -74,7 +74,7 @@ impl CombinationBasis {
         }
         if let Some(condensed) = &condensed {
             for function in &mut functions {
-                function.functional = function.functional.condensed(condensed);
+                function.functional = function.functional.pulled_back(&condensed.slaved);
             }
         }
         let dependent = !scene.dependents.is_empty();
@@ -82,7 +82,7 @@ impl CombinationBasis {
             (dependent || is_linear).then(|| Arc::new(scene.fitted(combination).into_owned()));
         if let Some(fitted) = fitted.as_ref().filter(|_| dependent) {
             for function in &mut functions {
-                function.functional = function.functional.substituted(fitted);
+                function.functional = function.functional.pulled_back(&fitted.dependents);
             }
         }
         if condensed.is_some() || dependent {

@@ -30,6 +30,22 @@ impl Direction {
             }
         }
     }
+
+    /// Refuses one that does not fit a scene of `size` dofs.
+    fn validate(&self, argument: &str, size: usize) -> Result<(), Error> {
+        let (expected, got) = match self {
+            Direction::Dof(dof) if *dof >= size => {
+                (format!("a dof index below {size}"), dof.to_string())
+            }
+            Direction::Vector(entries) if entries.len() != size => {
+                (format!("shape ({size},)"), format!("({},)", entries.len()))
+            }
+            Direction::Dof(_) => return Ok(()),
+            Direction::Vector(entries) => return check_finite(argument, entries),
+            Direction::Entries(entries) => return check_entries(argument, entries, size),
+        };
+        Err(Error::Shape { argument: argument.to_owned(), expected, got })
+    }
 }
 
 /// A contact as a user states it: its directions in the space of x, and its law. One direction may be missing.
@@ -140,9 +156,7 @@ impl Contact {
     pub(crate) fn tangential_has_mass(&self) -> bool {
         self.inertia != Inertia::None
     }
-}
 
-impl Contact {
     /// Speed of the slider, m/s; 1 of a stop, whose one closed status is `+`.
     pub(crate) fn drive(&self) -> f64 {
         if self.directions == Directions::Normal { 1.0 } else { self.slider_speed }
@@ -157,25 +171,7 @@ impl ContactInput {
         }
         for (field, direction) in [("tangential", &self.tangential), ("normal", &self.normal)] {
             let Some(direction) = direction else { continue };
-            match direction {
-                Direction::Dof(dof) if *dof >= size => {
-                    return Err(Error::Shape {
-                        argument: named(field),
-                        expected: format!("a dof index below {size}"),
-                        got: dof.to_string(),
-                    });
-                }
-                Direction::Dof(_) => {}
-                Direction::Vector(entries) if entries.len() != size => {
-                    return Err(Error::Shape {
-                        argument: named(field),
-                        expected: format!("shape ({size},)"),
-                        got: format!("({},)", entries.len()),
-                    });
-                }
-                Direction::Vector(entries) => check_finite(&named(field), entries)?,
-                Direction::Entries(entries) => check_entries(&named(field), entries, size)?,
-            }
+            direction.validate(&named(field), size)?;
         }
         let (stop, given) = (self.tangential.is_none(), self.normal.is_none());
         let only = |value: f64, missing: bool| !missing || value == 0.0;
@@ -185,7 +181,7 @@ impl ContactInput {
             true => ("> 0 without a normal direction", self.normal_force > 0.0),
             false => ("0 with a normal direction", self.normal_force == 0.0),
         };
-        let checks: [(&str, f64, &'static str, bool); 11] = [
+        let mut checks = vec![
             ("friction", self.friction, without_tangential, only(self.friction, stop)),
             (
                 "static_friction",
@@ -208,40 +204,27 @@ impl ContactInput {
             ("restitution", self.restitution, "in [0, 1]", (0.0..=1.0).contains(&self.restitution)),
             ("gap", self.gap, "finite", true),
         ];
+        let springs = [
+            ("normal_stiffness", self.springs.normal, given, without_normal),
+            ("tangential_stiffness", self.springs.tangential, stop, without_tangential),
+        ];
+        let stated = springs.iter().filter_map(|&(field, stiffness, ..)| Some((field, stiffness?)));
+        checks.extend(stated.map(|(field, value)| (field, value, "> 0", value > 0.0)));
+        for (field, stiffness, missing, requirement) in springs {
+            checks.extend(stiffness.map(|value| (field, value, requirement, !missing)));
+        }
         for (field, value, requirement, holds) in checks {
             let requirement = if value.is_finite() { requirement } else { "finite" };
             if !value.is_finite() || !holds {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        let springs = [
-            ("normal_stiffness", self.springs.normal),
-            ("tangential_stiffness", self.springs.tangential),
-        ];
-        for (field, stiffness) in springs {
-            if let Some(value) = stiffness.filter(|&value| !(value > 0.0 && value.is_finite())) {
-                let requirement = if value.is_finite() { "> 0" } else { "finite" };
-                return Err(Error::Range { argument: named(field), requirement, value });
-            }
-        }
-        let missing = [
-            ("normal_stiffness", self.springs.normal, given, without_normal),
-            ("tangential_stiffness", self.springs.tangential, stop, without_tangential),
-        ];
-        for (field, stiffness, missing, requirement) in missing {
-            if let Some(value) = stiffness.filter(|_| missing) {
-                return Err(Error::Range { argument: named(field), requirement, value });
-            }
-        }
         if self.springs.tangential.is_some() && self.springs.normal.is_none() && !given {
             return Err(Error::RigidNormal { contact });
         }
-        self.check_directions(contact)?;
-        Ok(())
+        self.check_directions(contact)
     }
-}
 
-impl ContactInput {
     /// The contact with its (tangential, normal) coordinates, of which some have no mass.
     pub(crate) fn in_coordinates(
         &self,

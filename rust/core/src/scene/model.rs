@@ -7,7 +7,7 @@ use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
-use crate::scene::dependent::sums::{Dependent, dependents_of};
+use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
@@ -37,7 +37,7 @@ pub struct Scene {
     /// Whether those that follow the others are eliminated; see [`crate::scene::massless::condensation`].
     pub(crate) condensed: bool,
     /// Coordinates that are sums of others, because directions of contacts depend on each other.
-    pub(crate) dependents: Vec<Dependent>,
+    pub(crate) dependents: SlavedCoordinates,
     pub(crate) contacts: Vec<Contact>,
     /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
     pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
@@ -128,7 +128,7 @@ impl Scene {
         };
         let coupled_mass =
             coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?;
-        let dependents = dependents_of(&coordinates);
+        let dependents = coordinates.dependents.clone();
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
-use crate::scene::dependent::sums::Dependent;
+use crate::scene::dependent::slaved_coordinates::{Slaved, SlavedCoordinates};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
@@ -45,7 +45,7 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         partner[contact.tangential].push(contact.normal);
         partner[contact.normal].push(contact.tangential);
     }
-    for Dependent { coordinate, terms, .. } in &scene.dependents {
+    for Slaved { coordinate, terms, .. } in scene.dependents.iter() {
         for &(k, _) in terms.iter().filter(|term| term.0 < scene.structure()) {
             partner[*coordinate].push(k);
             partner[k].push(*coordinate);
@@ -110,12 +110,12 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
     let dependents = scene.dependents.iter().filter_map(|one| {
         let within = one.terms.iter().map(|&(k, factor)| Some((place(k)?, factor)));
-        Some(Dependent {
+        Some(Slaved {
             coordinate: place(one.coordinate)?,
+            constant: one.constant,
             terms: within.collect::<Option<_>>()?,
         })
     });
-    let dependents: Vec<Dependent> = dependents.collect();
     let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
@@ -129,7 +129,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     };
     let part = Scene {
         laws: scene.laws.as_ref().map(friction),
-        dependents,
+        dependents: SlavedCoordinates::new(dependents.collect()),
         size: coordinates.len(),
         dofs,
         nodes: None,

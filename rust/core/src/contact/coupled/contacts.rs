@@ -2,15 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution};
+use crate::contact::problem::conditions::{Case, Conditions};
+use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::contact::settlement::sliding_status;
 use crate::error::run::{Level, RunFailure};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
-/// A contact of a problem, and T / (mu N) where it slips; `None` where slip is zero.
-pub(crate) type Touching = (usize, Option<f64>);
+/// A contact of a problem, and its status where it slips; `None` where slip is zero.
+pub(crate) type Touching = (usize, Option<Status>);
 
 /// Number of impacts that follow each other at one instant before one impact takes the rest of them.
 const ROUNDS: usize = 64;
@@ -98,8 +99,8 @@ impl Coupled<'_> {
             velocity[laws[i].normal] = 0.0;
         }
         let slip = |i: usize| velocity[laws[i].tangential] - laws[i].slider_speed;
-        let sliding = |i: usize| sliding_status(slip(i)).map(Status::friction_sign);
-        let problem: Vec<Touching> = contacts.iter().map(|&i| (i, sliding(i))).collect();
+        let problem: Vec<Touching> =
+            contacts.iter().map(|&i| (i, sliding_status(slip(i)))).collect();
         let solution = self.accelerate(&problem, &position, &velocity)?;
         Ok(Resting { position, problem, solution })
     }
@@ -181,27 +182,26 @@ impl Coupled<'_> {
         let closed = problem
             .iter()
             .map(|&(i, sliding)| {
-                let impulse = level == Level::Impulses;
-                let opens = contacts[i].directions != Directions::Tangential;
-                let mut closed = Closed {
+                let mut own = Conditions {
+                    case: sliding.map_or(Case::Resting, Case::Sliding),
                     friction: self.scene.friction_at(i, u),
                     static_friction: contacts[i].static_friction,
-                    sliding,
-                    opens,
+                    opens: contacts[i].directions != Directions::Tangential,
                 };
-                if impulse {
+                if level == Level::Impulses {
                     // Where mass couples contacts, impulses have friction in any case.
                     let rubs = self.scene.impact_friction || self.scene.coordinates.coupled;
-                    closed.friction = if rubs { closed.friction } else { 0.0 };
-                    closed.static_friction = closed.friction;
+                    own.friction = if rubs { own.friction } else { 0.0 };
+                    own.static_friction = own.friction;
                 }
-                closed
+                own
             })
             .collect();
         let rows: Vec<usize> = rows(problem).collect();
         let w = self.w.select_rows(&rows).select_columns(&rows);
         let a0 = DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row)));
-        ContactProblem::new(closed, w, a0, !self.scene.dependents.is_empty())
+        let dependent = !self.scene.dependents.is_empty();
+        ContactProblem { dependent, ..ContactProblem::new(closed, level, w, a0) }
     }
 
     fn solve(
@@ -217,7 +217,7 @@ impl Coupled<'_> {
             contacts: problem.iter().map(|entry| entry.0).collect(),
             time: self.time,
             level,
-            count: unsolved.told(),
+            count: unsolved.told(level),
             slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
             reactions: self.reactions(q, u),
         })

@@ -61,7 +61,7 @@ pub(crate) fn settle_coupled(
                 None if struck.is_empty() && (ends || statuses[i] == Status::Sticking) => None,
                 None => sliding_status(u[law.tangential] - law.slider_speed),
             };
-            problem.push((i, sliding.map(Status::friction_sign)));
+            problem.push((i, sliding));
         }
     }
     if forces_jump && !problem.is_empty() {

@@ -1,4 +1,3 @@
 //! Contacts without mass: their forces, and how these change, follow from statics alone.
 
-pub(crate) mod problem;
 pub(crate) mod transition;

@@ -7,10 +7,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_kind::EventKind;
-use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
+use crate::contact::problem::conditions::{Case, Conditions};
+use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
-use crate::error::run::RunFailure;
-use crate::scene::contact_law::{Contact, Inertia};
+use crate::error::run::{Level, RunFailure};
+use crate::scene::contact_law::{Contact, Directions, Inertia};
 use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -245,7 +246,12 @@ impl GroupEvent<'_> {
         (status, Departure::None)
     }
 
-    fn problem(&self, cases: &[Case], (a0, sizes): (DVector<f64>, DVector<f64>)) -> Problem {
+    fn problem(
+        &self,
+        cases: &[Case],
+        level: Level,
+        (a0, sizes): (DVector<f64>, DVector<f64>),
+    ) -> ContactProblem {
         let places = self.places();
         let w = DMatrix::from_fn(places.len(), places.len(), |i, j| match (places[i], places[j]) {
             (Some(i), Some(j)) => self.group.flexibility[(i, j)],
@@ -253,24 +259,25 @@ impl GroupEvent<'_> {
             (None, None) if i == j && i % 2 == 1 => 1.0,
             _ => 0.0,
         });
-        let nodes = cases.iter().zip(&self.group.contacts).map(|(&case, &contact)| {
+        let conditions = cases.iter().zip(&self.group.contacts).map(|(&case, &contact)| {
             let law = &self.scene.contacts[contact];
             let slips = if law.inertia == Inertia::None { 1.0 } else { 0.0 };
-            Node {
+            Conditions {
                 case,
                 friction: slips * law.friction,
                 static_friction: slips * law.static_friction,
+                opens: law.directions != Directions::Tangential,
             }
         });
-        Problem::new(nodes.collect(), w, a0, sizes)
+        ContactProblem { sizes, ..ContactProblem::new(conditions.collect(), level, w, a0) }
     }
 
-    fn solve(&self, problem: &Problem, level: &'static str) -> Result<Answer, RunFailure> {
+    fn solve(&self, problem: &ContactProblem) -> Result<Solution, RunFailure> {
         problem.solve().map_err(|unsolved| RunFailure::QuasiStatic {
             contacts: self.group.contacts.clone(),
             time: self.time,
-            level,
-            reason: unsolved.told(),
+            level: problem.level,
+            reason: unsolved.told(problem.level),
         })
     }
 
@@ -283,7 +290,7 @@ impl GroupEvent<'_> {
         statuses: &[Status],
         q: &[f64],
         u: &[f64],
-    ) -> Result<Answer, RunFailure> {
+    ) -> Result<Solution, RunFailure> {
         let (free, sizes) = self.free(u, 0.0);
         let contacts = self.group.contacts.iter().zip(statuses).zip(cases);
         let speed = |((&contact, &status), &case): ((&usize, &Status), &Case)| {
@@ -294,11 +301,11 @@ impl GroupEvent<'_> {
             }
         };
         let speeds: Vec<f64> = contacts.flat_map(|each| [speed(each), 0.0]).collect();
-        let mut problem = self.problem(cases, self.relative(&free, &sizes, &speeds));
+        let mut problem = self.problem(cases, Level::Rates, self.relative(&free, &sizes, &speeds));
         if let Some(before) = ended {
             problem.end_slips(before);
         }
-        self.solve(&problem, "rates")
+        self.solve(&problem)
     }
 
     /// The entries of `free` at (tangential, normal) of each contact, relative to its place, and the sizes of the terms.
@@ -332,7 +339,7 @@ impl GroupEvent<'_> {
                 a0[2 * k + 1] = scene.force[scene.contacts[contact].normal];
             }
         }
-        let answer = self.solve(&self.problem(&cases, (a0, sizes)), "forces")?;
+        let answer = self.solve(&self.problem(&cases, Level::Forces, (a0, sizes)))?;
         for (place, force) in places.iter().zip(&answer.forces) {
             if let Some(place) = place {
                 free += group.flexibility.column(*place) * *force;

@@ -104,8 +104,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z: Vec<f64> = modes.coordinates(&deviation).iter().map(|z| z.norm()).collect();
     let over_own = |functional: Functional| match (&basis.condensed, &basis.fitted) {
-        (Some(condensed), _) => functional.condensed(condensed),
-        (_, Some(fitted)) => functional.substituted(fitted),
+        (Some(condensed), _) => functional.pulled_back(&condensed.slaved),
+        (_, Some(fitted)) => functional.pulled_back(&fitted.dependents),
         _ => functional,
     };
     let laws = Laws::new(moving, scene, combination, reduced, &modes, &pressed, &over_own);

@@ -198,9 +198,9 @@ impl<'a> Flow<'a> {
             dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
             let (q, u) = dy.split_at_mut(n);
             for half in [q, u] {
-                self.equation.scene(self.scene).follow_rates(half);
+                self.equation.scene(self.scene).dependents.follow_rates(half);
                 if let Some(condensed) = &self.basis.condensed {
-                    condensed.complete_rates(half);
+                    condensed.slaved.follow_rates(half);
                 }
             }
         }
@@ -242,7 +242,7 @@ impl<'a> Flow<'a> {
             let (speed, acceleration) = field.split_at_mut(self.scene.size);
             law.accelerate_flows(&state[..self.scene.size], speed, acceleration);
             if let Some(condensed) = &self.basis.condensed {
-                condensed.complete_rates(acceleration);
+                condensed.slaved.follow_rates(acceleration);
             }
         }
         field
@@ -270,11 +270,11 @@ impl<'a> Flow<'a> {
         kept.iter().chain(self.equation.flowing()).for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
         if let Some(condensed) = &self.basis.condensed {
-            condensed.complete_rates(speed);
-            condensed.complete_rates(acceleration);
+            condensed.slaved.follow_rates(speed);
+            condensed.slaved.follow_rates(acceleration);
         }
-        scene.follow_rates(speed);
-        scene.follow_rates(acceleration);
+        scene.dependents.follow_rates(speed);
+        scene.dependents.follow_rates(acceleration);
         field
     }
 }

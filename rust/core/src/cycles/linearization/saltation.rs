@@ -306,12 +306,12 @@ fn companions(
         return Vec::new();
     }
     let fitted = scene.fitted(before);
-    let own = event.substituted(&fitted);
+    let own = event.pulled_back(&fitted.dependents);
     let Ok(functions) = event_functions(scene, before) else { return Vec::new() };
     let same = |other: &EventFunction| {
         other.contact != contact
             && other.trigger == trigger
-            && own.is_multiple_of(&other.functional.substituted(&fitted))
+            && own.is_multiple_of(&other.functional.pulled_back(&fitted.dependents))
     };
     let mut found: Vec<usize> =
         functions.iter().filter(|other| same(other)).map(|other| other.contact).collect();

@@ -52,7 +52,7 @@ impl LawOperator {
         let own = taylor.equation.scene(scene);
         let over_own = |functional: Functional| match own.dependents.is_empty() {
             true => functional,
-            false => functional.substituted(own),
+            false => functional.pulled_back(&own.dependents),
         };
         let reduction = &taylor.equation.reduction;
         let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {

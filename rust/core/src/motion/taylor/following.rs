@@ -101,7 +101,7 @@ impl Following {
             }
             let mut constant = vec![0.0; count];
             for (place, &k) in group.coordinates.iter().enumerate() {
-                let Some(follower) = condensed.follower(k) else { continue };
+                let Some(follower) = condensed.slaved.find(k) else { continue };
                 constant[place] = follower.constant;
                 for (s, column) in &mut held {
                     let of = follower.terms.binary_search_by_key(s, |term| term.0);

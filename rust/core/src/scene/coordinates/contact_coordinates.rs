@@ -23,6 +23,7 @@ use crate::linalg::dense::is_diagonal;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{ContactInput, Direction};
 use crate::scene::coordinates::group::{Group, Row, factors_of, largest_independent};
+use crate::scene::dependent::slaved_coordinates::{Slaved, SlavedCoordinates};
 
 /// The change of basis `x = T q`.
 #[derive(Debug, Clone)]
@@ -31,9 +32,8 @@ pub struct Coordinates {
     pub slots: Vec<(usize, usize)>,
     /// Number of directions that contacts lack; their coordinates are the last ones.
     pub missing: usize,
-    /// Coordinate of every direction that depends on others, and the terms of those in which it is a sum; the coordinates
-    /// are the last ones.
-    pub followers: Vec<(usize, Vec<(usize, f64)>)>,
+    /// The directions that depend on others, as sums of these; their coordinates are the last ones.
+    pub dependents: SlavedCoordinates,
     /// Whether mass couples contact coordinates.
     pub coupled: bool,
     dofs: usize,
@@ -81,7 +81,7 @@ impl Coordinates {
                 return Ok(Self {
                     slots: in_pairs(&slots),
                     missing,
-                    followers: Vec::new(),
+                    dependents: SlavedCoordinates::default(),
                     coupled: false,
                     dofs: size,
                     transform: None,
@@ -170,14 +170,13 @@ impl Coordinates {
             forward,
         });
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
-        let followers: Vec<(usize, Vec<(usize, f64)>)> = sums
-            .iter()
-            .enumerate()
-            .map(|(k, (index, terms))| {
-                slots[*index] = size + missing + k;
-                (slots[*index], terms.iter().map(|&(i, factor)| (slots[i], factor)).collect())
-            })
-            .collect();
+        let sum = |(k, (index, terms)): (usize, &(usize, Row))| {
+            let coordinate = size + missing + k;
+            slots[*index] = coordinate;
+            let terms = terms.iter().map(|&(i, factor)| (slots[i], factor)).collect();
+            Slaved { coordinate, constant: 0.0, terms }
+        };
+        let dependents = SlavedCoordinates::new(sums.iter().enumerate().map(sum).collect());
         let delassus = (coupled || !sums.is_empty()).then(|| {
             // A direction that a contact lacks is coupled with none.
             let mut whole = DMatrix::identity(stated.len(), stated.len());
@@ -197,7 +196,7 @@ impl Coordinates {
         Ok(Self {
             slots: in_pairs(&slots),
             missing,
-            followers,
+            dependents,
             coupled,
             dofs: size,
             transform,
@@ -216,7 +215,7 @@ impl Coordinates {
         Self {
             slots,
             missing: 0,
-            followers: Vec::new(),
+            dependents: SlavedCoordinates::default(),
             coupled: coupled && delassus.is_some(),
             dofs: size,
             transform: None,
@@ -234,7 +233,7 @@ impl Coordinates {
 
     /// Number of coordinates.
     pub fn size(&self) -> usize {
-        self.dofs + self.missing + self.followers.len()
+        self.dofs + self.missing + self.dependents.len()
     }
 
     /// The matrix with empty rows and columns for the coordinates that do not belong to x.
@@ -284,9 +283,7 @@ impl Coordinates {
         let applied = |transform: &Transform| transform.inverse.apply(x);
         let mut q = self.transform.as_ref().map_or_else(|| x.to_vec(), applied);
         q.resize(self.size(), 0.0);
-        for (coordinate, terms) in &self.followers {
-            q[*coordinate] = terms.iter().map(|&(k, factor)| factor * q[k]).sum();
-        }
+        self.dependents.follow_rates(&mut q);
         q
     }
 

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::INDEPENDENCE;
-use crate::scene::dependent::sums::{Dependent, exchange};
+use crate::scene::dependent::slaved_coordinates::{Slaved, SlavedCoordinates};
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::linear_terms::EnergyParts;
 use crate::scene::loads::input::Loads;
@@ -18,22 +18,15 @@ use crate::scene::status::{Combination, Status};
 impl Scene {
     /// Brings the coordinates that are sums of others up to date with these.
     pub(crate) fn follow(&self, q: &mut [f64], u: &mut [f64]) {
-        for Dependent { coordinate, terms } in &self.dependents {
-            q[*coordinate] = terms.iter().fold(0.0, |sum, &(k, factor)| sum + factor * q[k]);
-        }
-        self.follow_rates(u);
-    }
-
-    /// The same of velocities, and of any other difference of positions.
-    pub(crate) fn follow_rates(&self, u: &mut [f64]) {
-        follow_rates(&self.dependents, u);
+        self.dependents.follow(q);
+        self.dependents.follow_rates(u);
     }
 
     /// The acceleration that vibrating sliders add to a coordinate that is a sum of others.
     pub(crate) fn carried_acceleration(&self, coordinate: usize) -> Vec<(usize, f64)> {
         let Some(drive) = &self.drive else { return Vec::new() };
-        let sums = self.dependents.iter().filter(|one| one.coordinate == coordinate);
-        sums.flat_map(|one| &one.terms)
+        let terms = self.dependents.find(coordinate).into_iter().flat_map(|one| &one.terms);
+        terms
             .filter_map(|&(k, factor)| {
                 let rate = drive.oscillators.iter().find(|one| one.coordinate == k)?.rate;
                 Some((k, -rate * rate * factor))
@@ -49,17 +42,16 @@ impl Scene {
 
     /// Whether a coordinate is a sum of others.
     pub(crate) fn is_dependent(&self, coordinate: usize) -> bool {
-        self.dependents.iter().any(|one| one.coordinate == coordinate)
+        self.dependents.find(coordinate).is_some()
     }
 
     /// A coordinate as a sum of coordinates of x, in velocities.
     pub(crate) fn terms_of(&self, coordinate: usize) -> Vec<(usize, f64)> {
-        let dependent = self.dependents.iter().find(|one| one.coordinate == coordinate);
         // What carries loads feels no force.
-        let structure = |one: &Dependent| {
+        let structure = |one: &Slaved| {
             one.terms.iter().copied().filter(|term| term.0 < self.structure()).collect()
         };
-        dependent.map_or_else(|| vec![(coordinate, 1.0)], structure)
+        self.dependents.find(coordinate).map_or_else(|| vec![(coordinate, 1.0)], structure)
     }
 
     /// Brings velocities up to date with those that are known exactly: of `held` coordinates, of gaps at rest, and of slip
@@ -74,7 +66,7 @@ impl Scene {
             held.extend((u[law.tangential] == law.slider_speed).then_some(law.tangential));
         }
         let fitted = self.dependents_beside(&held);
-        follow_rates(fitted.as_ref().unwrap_or(&self.dependents), u);
+        fitted.as_ref().unwrap_or(&self.dependents).follow_rates(u);
     }
 
     /// The scene in coordinates of x that include all directions that a combination holds, as far as they are independent.
@@ -96,14 +88,12 @@ impl Scene {
 
     /// The dependent coordinates as sums when `held` coordinates are among those of x, as far as they are independent; None
     /// if nothing changes.
-    fn dependents_beside(&self, held: &[usize]) -> Option<Vec<Dependent>> {
+    fn dependents_beside(&self, held: &[usize]) -> Option<SlavedCoordinates> {
         let mut dependents = self.dependents.clone();
         let mut changed = false;
         for &wanted in held {
-            let Some(index) = dependents.iter().position(|one| one.coordinate == wanted) else {
-                continue;
-            };
-            let terms = dependents[index].terms.iter().filter(|term| term.0 < self.structure());
+            let Some(own) = dependents.find(wanted) else { continue };
+            let terms = own.terms.iter().filter(|term| term.0 < self.structure());
             let size = terms.clone().fold(0.0, |size: f64, term| size.max(term.1.abs()));
             let free = terms.filter(|term| !held.contains(&term.0));
             // Of equal ones the last coordinate, in whatever order the terms are: the modes of the scene without loads have
@@ -114,29 +104,18 @@ impl Scene {
             else {
                 continue;
             };
-            exchange(&mut dependents, index, given, pivot);
+            dependents = dependents.exchanged(wanted, given, pivot);
             changed = true;
         }
         changed.then_some(dependents)
     }
 
     /// The scene with other coordinates as sums of the rest.
-    fn in_terms_of(&self, dependents: Vec<Dependent>) -> Self {
+    fn in_terms_of(&self, dependents: SlavedCoordinates) -> Self {
         let (size, n) = (self.size, self.structure());
-        let place = |k: usize| dependents.iter().find(|one| one.coordinate == k);
-        let basis = |carriers: bool| {
-            SparseMatrix::from_rows(size, |k, entries| match place(k) {
-                None => entries.push((k, 1.0)),
-                Some(one) => {
-                    let terms = one.terms.iter().copied();
-                    entries.extend(terms.filter(|term| carriers || term.0 < n));
-                    entries.sort_unstable_by_key(|entry| entry.0);
-                }
-            })
-        };
-        let forward = basis(true);
+        let forward = dependents.basis(size, size);
         // Nothing acts back on what carries loads.
-        let rows = basis(false).transposed();
+        let rows = dependents.basis(size, n).transposed();
         // A row is empty before if its coordinate did not belong to x, and afterwards if it does not belong to x any more.
         let congruent = |matrix: &SparseMatrix| matrix.congruent(&forward);
         let any = |matrix: &SparseMatrix| rows.product(&matrix.product(&forward));
@@ -166,16 +145,9 @@ impl Scene {
         let coupled_mass = coupled_mass(&mass, &damping, &stiffness, None, slots)
             .expect("the positive definite mass in other coordinates");
         Self {
-            size,
-            dofs: self.dofs,
-            contacts: self.contacts.clone(),
-            laws: self.laws.clone(),
-            impact_friction: self.impact_friction,
-            coordinates: self.coordinates.clone(),
             coupled_mass,
             mass,
             damping,
-            proportional: self.proportional,
             stiffness,
             energy_parts: self.energy_parts.as_ref().map(|parts| EnergyParts {
                 dissipative: congruent(&parts.dissipative),
@@ -184,18 +156,8 @@ impl Scene {
             }),
             force,
             dependents,
-            nodes: self.nodes.clone(),
-            massless: self.massless.clone(),
-            condensed: self.condensed,
             loads: Loads::default(),
-            drive: self.drive.clone(),
-            bare: self.bare.clone(),
+            ..self.clone()
         }
-    }
-}
-
-fn follow_rates(dependents: &[Dependent], u: &mut [f64]) {
-    for Dependent { coordinate, terms, .. } in dependents {
-        u[*coordinate] = terms.iter().map(|&(k, factor)| factor * u[k]).sum();
     }
 }

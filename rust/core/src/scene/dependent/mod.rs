@@ -1,4 +1,4 @@
 //! Contact directions that depend on each other.
 
 pub(crate) mod fitted;
-pub(crate) mod sums;
+pub(crate) mod slaved_coordinates;

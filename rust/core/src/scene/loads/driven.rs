@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::linalg::sparse::SparseMatrix;
-use crate::scene::dependent::sums::Dependent;
+use crate::linalg::sparse::{SparseMatrix, summed};
+use crate::scene::dependent::slaved_coordinates::{Slaved, SlavedCoordinates};
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
-use crate::scene::massless::coordinates::summed;
 use crate::scene::model::Scene;
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
@@ -71,15 +70,7 @@ impl Scene {
         .expect("a positive definite mass with more of its diagonal");
         Arc::new(Self {
             size,
-            dofs: scene.dofs,
-            nodes: scene.nodes.clone(),
-            massless: scene.massless.clone(),
-            condensed: false,
-            contacts: scene.contacts.clone(),
-            laws: scene.laws.clone(),
-            impact_friction: scene.impact_friction,
             dependents: carried_along(&scene.dependents, &drive),
-            coordinates: scene.coordinates.clone(),
             mass: mass_matrix,
             coupled_mass,
             damping,
@@ -89,7 +80,8 @@ impl Scene {
             force: [&scene.force[..], &vec![0.0; carriers]].concat(),
             loads: Loads::default(),
             drive: Some(drive),
-            bare: Some(scene),
+            bare: Some(Arc::clone(&scene)),
+            ..Self::clone(&scene)
         })
     }
 
@@ -218,8 +210,8 @@ impl Scene {
 }
 
 /// Sums of coordinates, some of which vibrating sliders carry along: the sums hold for `q + y`.
-fn carried_along(dependents: &[Dependent], drive: &Drive) -> Vec<Dependent> {
-    let along = |one: &Dependent| {
+fn carried_along(dependents: &SlavedCoordinates, drive: &Drive) -> SlavedCoordinates {
+    let along = |one: &Slaved| {
         let mut moved = one.clone();
         for carried in &drive.carried {
             let own = (carried.tangential == one.coordinate).then_some(-1.0);
@@ -231,5 +223,5 @@ fn carried_along(dependents: &[Dependent], drive: &Drive) -> Vec<Dependent> {
         summed(&mut moved.terms);
         moved
     };
-    dependents.iter().map(along).collect()
+    SlavedCoordinates::new(dependents.iter().map(along).collect())
 }

@@ -17,15 +17,17 @@ use nalgebra::DMatrix;
 
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
-use crate::linalg::sparse::SparseMatrix;
-use crate::scene::massless::coordinates::{Group, summed};
+use crate::linalg::sparse::{SparseMatrix, summed};
+use crate::scene::dependent::slaved_coordinates::{Slaved, SlavedCoordinates};
+use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
 /// A combination of a scene with coordinates that have no mass.
 #[derive(Debug)]
 pub(crate) struct Condensed {
-    pub followers: Vec<Follower>,
+    /// The coordinates that follow the others.
+    pub slaved: SlavedCoordinates,
     pub parts: Vec<Elimination>,
     /// Closed gaps: coordinates and where they are held.
     closed: Vec<(usize, f64)>,
@@ -35,14 +37,6 @@ pub(crate) struct Condensed {
     flowing: Vec<(usize, Status)>,
     /// The scene that is left, where contacts flow.
     scene: Option<Arc<Scene>>,
-}
-
-/// A coordinate without mass, `q = constant + sum of weights times other coordinates`.
-#[derive(Debug)]
-pub(crate) struct Follower {
-    pub coordinate: usize,
-    pub constant: f64,
-    pub terms: Vec<(usize, f64)>,
 }
 
 /// What follows within one group.
@@ -136,8 +130,8 @@ impl Condensed {
                 &mut followers,
             )?);
         }
-        followers.sort_by_key(|follower| follower.coordinate);
-        let found = Self { followers, parts, closed, sticking, flowing, scene: None };
+        let slaved = SlavedCoordinates::new(followers);
+        let found = Self { slaved, parts, closed, sticking, flowing, scene: None };
         let flows = !found.flowing.is_empty();
         let left = flows.then(|| Arc::new(found.left_of(scene)));
         Ok(Some(Self { scene: left, ..found }))
@@ -150,58 +144,23 @@ impl Condensed {
 
     /// What is left of `scene`, over all coordinates; rows and columns of those that follow are zero.
     fn left_of(&self, scene: &Scene) -> Scene {
-        let follows = |k: usize| self.follower(k);
         let mut force = scene.force.clone();
         let stiffness = SparseMatrix::from_rows(scene.size, |row, entries| {
-            if follows(row).is_some() {
+            if self.slaved.find(row).is_some() {
                 force[row] = 0.0;
                 return;
             }
-            let mut changed = false;
-            for (k, value) in scene.stiffness.row(row) {
-                match follows(k) {
-                    None => entries.push((k, value)),
-                    Some(follower) => {
-                        changed = true;
-                        let terms = follower.terms.iter();
-                        entries.extend(terms.map(|&(j, weight)| (j, value * weight)));
-                        force[row] -= value * follower.constant;
-                    }
-                }
-            }
-            if changed {
-                summed(entries);
+            entries.extend(scene.stiffness.row(row));
+            if entries.iter().any(|entry| self.slaved.find(entry.0).is_some()) {
+                let (sums, constant) = self.slaved.pulled_back(entries);
+                *entries = sums;
+                force[row] -= constant;
             }
         });
-        Scene {
-            size: scene.size,
-            dofs: scene.dofs,
-            contacts: scene.contacts.clone(),
-            laws: scene.laws.clone(),
-            impact_friction: scene.impact_friction,
-            coordinates: scene.coordinates.clone(),
-            nodes: scene.nodes.clone(),
-            massless: scene.massless.clone(),
-            condensed: true,
-            dependents: Vec::new(),
-            mass: scene.mass.clone(),
-            // Beside a border series need no scene that is left.
-            coupled_mass: None,
-            damping: scene.damping.clone(),
-            proportional: scene.proportional,
-            stiffness,
-            energy_parts: scene.energy_parts.clone(),
-            force,
-            loads: scene.loads.clone(),
-            drive: scene.drive.clone(),
-            bare: scene.bare.clone(),
-        }
-    }
-
-    /// What a coordinate follows, if it does.
-    pub fn follower(&self, coordinate: usize) -> Option<&Follower> {
-        let place = self.followers.binary_search_by_key(&coordinate, |of| of.coordinate);
-        place.ok().map(|index| &self.followers[index])
+        // Beside a border series need no scene that is left.
+        let coupled_mass = None;
+        let dependents = SlavedCoordinates::default();
+        Scene { condensed: true, dependents, coupled_mass, stiffness, force, ..scene.clone() }
     }
 
     /// Sets the places and velocities of the coordinates without mass, of those that follow and of those that contacts hold.
@@ -210,38 +169,13 @@ impl Condensed {
             (q[k], u[k]) = (at, 0.0);
         }
         self.sticking.iter().for_each(|&(k, speed)| u[k] = speed);
-        for Follower { coordinate, constant, terms } in &self.followers {
-            q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
-        }
+        self.slaved.follow(q);
         if let Some(scene) = &self.scene {
             for &(contact, status) in &self.flowing {
                 u[scene.contacts[contact].tangential] = scene.flow_rate(contact, status, q);
             }
         }
-        self.complete_rates(u);
-    }
-
-    /// The same of velocities alone, or of any other difference of states.
-    pub fn complete_rates(&self, rates: &mut [f64]) {
-        for Follower { coordinate, terms, .. } in &self.followers {
-            rates[*coordinate] = terms.iter().map(|&(k, weight)| weight * rates[k]).sum();
-        }
-    }
-
-    /// Terms of a sum over coordinates in which what follows is replaced; and the constant that this adds.
-    pub fn replaced(&self, terms: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
-        let (mut replaced, mut constant) = (Vec::new(), 0.0);
-        for &(k, weight) in terms {
-            match self.follower(k) {
-                None => replaced.push((k, weight)),
-                Some(follower) => {
-                    constant += weight * follower.constant;
-                    replaced.extend(follower.terms.iter().map(|&(j, w)| (j, weight * w)));
-                }
-            }
-        }
-        summed(&mut replaced);
-        (replaced, constant)
+        self.slaved.follow_rates(u);
     }
 
     /// Completes a row of L', given on the coordinates that stay, on those that follow.
@@ -271,7 +205,7 @@ fn eliminated(
     (index, group): (usize, &Group),
     coordinates: Vec<usize>,
     sources: Vec<Vec<(usize, f64)>>,
-    followers: &mut Vec<Follower>,
+    followers: &mut Vec<Slaved>,
 ) -> Result<Elimination, Error> {
     let count = coordinates.len();
     let place = |k: usize| coordinates.binary_search(&k).ok();
@@ -326,7 +260,7 @@ fn eliminated(
     let shapes = factors.solve(known);
     for (i, &coordinate) in coordinates.iter().enumerate() {
         let terms = others.iter().enumerate().map(|(j, &k)| (k, shapes[(i, j)]));
-        followers.push(Follower {
+        followers.push(Slaved {
             coordinate,
             constant: shapes[(i, others.len())],
             terms: terms.filter(|term| term.1 != 0.0).collect(),

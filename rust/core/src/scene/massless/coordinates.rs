@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use crate::error::input::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, cholesky};
-use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 
@@ -311,26 +311,6 @@ impl Nodes {
         }
         whole
     }
-}
-
-/// Entries of a row by column, those of one column added up.
-pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
-    let size = entries.iter().map(|entry| entry.0 + 1).max().unwrap_or(0);
-    if entries.len() > size {
-        // A place for every column is quicker than an order.
-        let mut sums: Vec<Option<f64>> = vec![None; size];
-        for (k, value) in entries.drain(..) {
-            sums[k] = Some(sums[k].map_or(value, |sum| sum + value));
-        }
-        entries.extend(sums.iter().enumerate().filter_map(|(k, sum)| Some((k, (*sum)?))));
-        return;
-    }
-    entries.sort_by_key(|entry| entry.0);
-    entries.dedup_by(|next, kept| {
-        let same = next.0 == kept.0;
-        kept.1 += if same { next.1 } else { 0.0 };
-        same
-    });
 }
 
 /// `K_ii - K_ib Y K_bi` over the dofs with mass: the stiffness that they feel while no contact acts on the others.

@@ -25,19 +25,7 @@ use crate::scene::status::{Combination, Status};
 impl Scene {
     /// Number of coordinates that a combination leaves free.
     pub(crate) fn free(&self, combination: &Combination) -> usize {
-        if !self.dependents.is_empty() {
-            return Reduction::new(&self.fitted(combination), combination).size();
-        }
-        let held = |(law, status): (&Contact, &Status)| {
-            let moves = |coordinate: usize| !self.massless.contains(coordinate);
-            let stop = law.directions == Directions::Normal;
-            usize::from(status.is_closed() && moves(law.normal))
-                + usize::from(stop || *status == Status::Sticking && moves(law.tangential))
-        };
-        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
-        let without_mass = self.massless.coordinates.len();
-        let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
-        self.size - without_mass - switches - held
+        Reduction::new(&self.fitted(combination), combination).size()
     }
 }
 

@@ -79,15 +79,15 @@ impl Reduced {
             unit[k] = 1.0;
             let mut shape = unit.clone();
             if let Some(condensed) = &condensed {
-                condensed.complete_rates(&mut shape);
+                condensed.slaved.follow_rates(&mut shape);
             }
-            self.scene(scene).follow_rates(&mut shape);
+            self.scene(scene).dependents.follow_rates(&mut shape);
             right.column_mut(j).copy_from_slice(&scene.velocities(&shape));
             self.reduction.sources(j).for_each(|(source, factor)| unit[source] = factor);
             if let Some(condensed) = &condensed {
                 condensed.complete_left(&scene.stiffness, &mut unit);
             }
-            self.scene(scene).follow_rates(&mut unit);
+            self.scene(scene).dependents.follow_rates(&mut unit);
             left.column_mut(j).copy_from_slice(&scene.velocities(&unit));
         }
         Ok((right, left))

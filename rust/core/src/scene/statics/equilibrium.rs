@@ -32,25 +32,45 @@ impl Scene {
             Status::driven_by(law.drive()).ok_or(Error::NoSlidingDirection { contact })
         });
         let closed = Combination::new(statuses.collect::<Result<Vec<_>, _>>()?);
-        let stops = (0..self.contacts.len())
-            .filter(|&contact| self.contacts[contact].directions == Directions::Normal);
-        let stops: Vec<usize> = stops.collect();
-        let mut settled = closed.clone();
-        for _ in 0..EXCHANGES {
-            let margins = match stops.is_empty() {
-                true => return Ok(closed),
-                false => self.steady(&settled)?.margins,
-            };
-            let mut violated = stops.iter().filter(|&&stop| margins[stop] < 0.0).peekable();
-            if violated.peek().is_none() {
-                return Ok(settled);
-            }
-            settled = violated.fold(settled.clone(), |next, &stop| {
-                let open = settled.statuses()[stop].is_closed();
-                next.with(stop, if open { Status::Detached } else { Status::Positive })
-            });
+        let stops = self.contacts_with(|directions| directions == Directions::Normal);
+        if stops.is_empty() {
+            return Ok(closed);
         }
-        Ok(closed)
+        let settled = self.settled(&closed, &stops, |next| Ok(self.steady(next)?.margins))?;
+        Ok(settled.unwrap_or(closed))
+    }
+
+    fn contacts_with(&self, directions: impl Fn(Directions) -> bool) -> Vec<usize> {
+        let contacts = 0..self.contacts.len();
+        contacts.filter(|&contact| directions(self.contacts[contact].directions)).collect()
+    }
+
+    /// The combination with one contact closed if it is open, and open if it is closed.
+    fn exchanged(&self, combination: &Combination, contact: usize) -> Combination {
+        let closed = Status::driven_by(self.contacts[contact].drive());
+        let open = combination.statuses()[contact].is_closed();
+        let other = if open { Status::Detached } else { closed.unwrap_or(Status::Positive) };
+        combination.with(contact, other)
+    }
+
+    /// The combination that is left once no contact that may open has a negative margin: those that have change sides. None if
+    /// [`EXCHANGES`] do not suffice.
+    fn settled(
+        &self,
+        first: &Combination,
+        opening: &[usize],
+        margins: impl Fn(&Combination) -> Result<Vec<f64>, Error>,
+    ) -> Result<Option<Combination>, Error> {
+        let mut settled = first.clone();
+        for _ in 0..EXCHANGES {
+            let margins = margins(&settled)?;
+            let mut wrong = opening.iter().filter(|&&contact| margins[contact] < 0.0).peekable();
+            if wrong.peek().is_none() {
+                return Ok(Some(settled));
+            }
+            settled = wrong.fold(settled.clone(), |next, &contact| self.exchanged(&next, contact));
+        }
+        Ok(None)
     }
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
@@ -68,25 +88,16 @@ impl Scene {
     fn dependent_equilibrium(&self) -> Result<Equilibrium, Error> {
         let scene = &*self.at_steady_sliding();
         let preferred = scene.sliding_combination()?;
-        let opens = |&contact: &usize| scene.contacts[contact].directions != Directions::Tangential;
-        let unilateral: Vec<usize> = (0..scene.contacts.len()).filter(opens).collect();
-        let exchanged = |combination: &Combination, contact: usize| {
-            let closed = Status::driven_by(scene.contacts[contact].drive());
-            let open = combination.statuses()[contact].is_closed();
-            let other = if open { Status::Detached } else { closed.unwrap_or(Status::Positive) };
-            combination.with(contact, other)
-        };
-        let mut combination = preferred.clone();
-        for _ in 0..EXCHANGES {
-            let Ok((equilibrium, margins)) = scene.rest_of(&combination) else { break };
-            if margins.iter().all(|&margin| margin >= 0.0) {
-                return Ok(equilibrium);
-            }
-            let wrong = unilateral.iter().filter(|&&contact| margins[contact] < 0.0);
-            combination = wrong.fold(combination, |next, &contact| exchanged(&next, contact));
+        let unilateral = scene.contacts_with(|directions| directions != Directions::Tangential);
+        let holds = |rest: &(Equilibrium, Vec<f64>)| rest.1.iter().all(|&margin| margin >= 0.0);
+        let margins = |next: &Combination| Ok(scene.rest_of(next)?.1);
+        if let Ok(Some(settled)) = scene.settled(&preferred, &unilateral, margins)
+            && let Some((equilibrium, _)) = scene.rest_of(&settled).ok().filter(holds)
+        {
+            return Ok(equilibrium);
         }
         let closed = unilateral.iter().fold(preferred.clone(), |all, &contact| {
-            if all.statuses()[contact].is_closed() { all } else { exchanged(&all, contact) }
+            if all.statuses()[contact].is_closed() { all } else { scene.exchanged(&all, contact) }
         });
         let count = unilateral.len();
         let mut choices: Vec<usize> =
@@ -94,10 +105,9 @@ impl Scene {
         choices.sort_by_key(|choice| choice.count_ones());
         let choice = |choice: usize| {
             let open = (0..count).filter(|place| choice >> place & 1 == 1);
-            open.fold(closed.clone(), |next, place| exchanged(&next, unilateral[place]))
+            open.fold(closed.clone(), |next, place| scene.exchanged(&next, unilateral[place]))
         };
         let rests = choices.into_iter().filter_map(|open| scene.rest_of(&choice(open)).ok());
-        let holds = |rest: &(Equilibrium, Vec<f64>)| rest.1.iter().all(|&margin| margin >= 0.0);
         if let Some((equilibrium, _)) = { rests }.find(holds) {
             return Ok(equilibrium);
         }
@@ -249,8 +259,7 @@ pub enum Uniqueness {
 impl<'a> StaticContacts<'a> {
     fn new(scene: &'a Scene) -> Result<Self, Error> {
         let preferred = scene.sliding_combination()?;
-        let opens = |&contact: &usize| scene.contacts[contact].directions != Directions::Tangential;
-        let unilateral: Vec<usize> = (0..scene.contacts.len()).filter(opens).collect();
+        let unilateral = scene.contacts_with(|directions| directions != Directions::Tangential);
         let stop = |&&contact: &&usize| scene.contacts[contact].directions == Directions::Normal;
         let closed = unilateral
             .iter()

@@ -92,7 +92,7 @@ impl Statics {
                 continue;
             }
             let (terms, constant) = match &condensed {
-                Some(condensed) => condensed.replaced(&[(law.normal, 1.0)]),
+                Some(condensed) => condensed.slaved.pulled_back(&[(law.normal, 1.0)]),
                 None => (scene.terms_of(law.normal), 0.0),
             };
             offsets[i] = 0.0 - constant - law.gap;

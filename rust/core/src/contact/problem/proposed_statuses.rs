@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{ContactProblem, Solution, choices};
+use crate::contact::problem::conditions::{Case, Conditions};
+use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::numerics::lemke::lemke;
 use crate::scene::status::Status;
 
@@ -11,7 +12,27 @@ const SWEEPS: usize = 500;
 /// Force, relative to the largest, below which Lemke's method proposes none.
 const PIVOTED: f64 = 1e-11;
 
+/// Changes of single statuses until no status is wrong.
+const CHANGES: usize = 1000;
+
 impl ContactProblem {
+    /// The statuses that are left once no contact violates a condition of its own, the worst one changed at a time.
+    pub(super) fn by_changes(&self) -> Option<Solution> {
+        let choices: Vec<&[Status]> = self.contacts.iter().map(Conditions::choices).collect();
+        let mut at = vec![0; choices.len()];
+        for _ in 0..CHANGES {
+            let statuses: Vec<Status> = at.iter().zip(&choices).map(|(&k, own)| own[k]).collect();
+            match self.verified(&statuses) {
+                Ok(solution) => return Some(solution),
+                Err(wrong) => {
+                    let wrong = wrong?;
+                    at[wrong] = (at[wrong] + 1) % choices[wrong].len();
+                }
+            }
+        }
+        None
+    }
+
     /// The statuses to which projected Gauss-Seidel iteration settles: contact by contact, the forces that meet the
     /// contact's own conditions while the others' are held (Jean 1999).
     pub(super) fn gauss_seidel(&self) -> Option<Solution> {
@@ -23,10 +44,9 @@ impl ContactProblem {
             for (i, contact) in self.contacts.iter().enumerate() {
                 let before = forces.rows(2 * i, 2).into_owned();
                 forces.rows_mut(2 * i, 2).fill(0.0);
-                let w = self.w.view((2 * i, 2 * i), (2, 2)).into_owned();
-                let a0 = self.a0.rows(2 * i, 2) + self.w.rows(2 * i, 2) * &forces;
-                let alone = Self::new(vec![*contact], w, a0, self.dependent);
-                let found = choices(contact).iter().find_map(|&status| alone.verified(&[status]));
+                let alone = self.part(&[i], Some(&forces));
+                let mut choices = contact.choices().iter();
+                let found = choices.find_map(|&status| alone.verified(&[status]).ok());
                 // If one contact alone has no answer, the iteration goes on with its present forces.
                 let force = found.map_or(before, |solution| {
                     statuses[i] = solution.statuses[0];
@@ -35,7 +55,7 @@ impl ContactProblem {
                 forces.rows_mut(2 * i, 2).copy_from(&force);
             }
             if !tried.contains(&statuses) {
-                if let Some(solution) = self.verified(&statuses) {
+                if let Ok(solution) = self.verified(&statuses) {
                     return Some(solution);
                 }
                 tried.push(statuses.clone());
@@ -51,8 +71,12 @@ impl ContactProblem {
         let Self { contacts, w, a0, .. } = self;
         let count = contacts.len();
         let candidates: Vec<usize> = (0..count)
-            .filter(|&i| contacts[i].sliding.is_none() && contacts[i].static_friction > 0.0)
+            .filter(|&i| contacts[i].case == Case::Resting && contacts[i].static_friction > 0.0)
             .collect();
+        let given = |i: usize| match contacts[i].case {
+            Case::Sliding(status) => Some(status),
+            _ => None,
+        };
         let blocks = [count, count + candidates.len(), count + 2 * candidates.len()];
         let size = count + 3 * candidates.len();
         let mut matrix = DMatrix::zeros(size, size);
@@ -64,8 +88,8 @@ impl ContactProblem {
             let force = sign * unit_a / unit;
             for (j, contact) in contacts.iter().enumerate() {
                 let (t, n) = (w[(row, 2 * j)], w[(row, 2 * j + 1)]);
-                let given = contact.sliding.map_or(0.0, |sigma| sigma * contact.friction);
-                matrix[(target, j)] = force * (n + given * t) / unit_w;
+                let slope = given(j).map_or(0.0, |s| s.friction_sign() * contact.friction);
+                matrix[(target, j)] = force * (n + slope * t) / unit_w;
             }
             for (k, &j) in candidates.iter().enumerate() {
                 let t = force * w[(row, 2 * j)] / unit_w;
@@ -97,9 +121,9 @@ impl ContactProblem {
                 return Status::Detached;
             }
             let candidate = candidates.iter().position(|&c| c == i);
-            match (contacts[i].sliding, candidate) {
-                (Some(sign), _) if sign < 0.0 => Status::Negative,
-                (Some(_), _) | (None, None) => Status::Positive,
+            match (given(i), candidate) {
+                (Some(status), _) => status,
+                (None, None) => Status::Positive,
                 (None, Some(k)) => {
                     let friction = z[blocks[0] + k] - z[blocks[1] + k];
                     if positive(contacts[i].static_friction * z[i] - friction.abs()) {

@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::numerics::singular_values::SingularValues;
+use crate::scene::status::Status;
 
 /// Relative size below which a singular value, or a factor of a force that nothing determines, is rounding.
 const RANK: f64 = 1e-10;
@@ -25,8 +26,32 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
+    /// Of the rows (tangential, normal) that statuses hold at zero acceleration, which come first: the forces of all contacts
+    /// per force of each of them, of which a sliding contact has a share of its normal force along its slider.
+    pub fn of_statuses(
+        w: &DMatrix<f64>,
+        statuses: &[Status],
+        friction: impl Fn(usize) -> f64,
+    ) -> (Vec<usize>, Self) {
+        let mut held = Vec::new();
+        for (i, &status) in statuses.iter().enumerate().filter(|(_, status)| status.is_closed()) {
+            held.push(2 * i + 1);
+            held.extend((status == Status::Sticking).then_some(2 * i));
+        }
+        let mut map = DMatrix::zeros(2 * statuses.len(), held.len());
+        for (k, &row) in held.iter().enumerate() {
+            map[(row, k)] = 1.0;
+            let status = statuses[row / 2];
+            if row % 2 == 1 && status.is_sliding() {
+                map[(row - 1, k)] = status.friction_sign() * friction(row / 2);
+            }
+        }
+        let forces = Self::new(w, &held, &map);
+        (held, forces)
+    }
+
     /// Of the `held` rows of W, with the force columns `map`, one for each of them.
-    pub fn new(w: &DMatrix<f64>, held: &[usize], map: &DMatrix<f64>) -> Self {
+    fn new(w: &DMatrix<f64>, held: &[usize], map: &DMatrix<f64>) -> Self {
         let count = held.len();
         if count == 0 {
             return Self {

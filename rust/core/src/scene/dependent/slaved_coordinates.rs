@@ -1,0 +1,269 @@
+//! Coordinates that follow others: an affine change of basis `q = R z + r0` whose R is the identity but for their rows.
+
+use std::ops::Deref;
+
+use crate::linalg::sparse::{SparseMatrix, summed};
+
+/// `q_coordinate = constant + sum_k weight_k q_k`
+#[derive(Debug, Clone)]
+pub(crate) struct Slaved {
+    pub coordinate: usize,
+    pub constant: f64,
+    /// (coordinate, weight) of each master.
+    pub terms: Vec<(usize, f64)>,
+}
+
+/// All coordinates of a scene that follow others, ascending; none of these is followed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SlavedCoordinates(Vec<Slaved>);
+
+impl SlavedCoordinates {
+    /// In any order.
+    pub fn new(mut slaved: Vec<Slaved>) -> Self {
+        slaved.sort_by_key(|one| one.coordinate);
+        Self(slaved)
+    }
+
+    /// What a coordinate follows, if it does.
+    pub fn find(&self, coordinate: usize) -> Option<&Slaved> {
+        let place = self.0.binary_search_by_key(&coordinate, |one| one.coordinate);
+        place.ok().map(|place| &self.0[place])
+    }
+
+    /// Brings positions up to date with those of the masters.
+    pub fn follow(&self, q: &mut [f64]) {
+        for Slaved { coordinate, constant, terms } in &self.0 {
+            q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
+        }
+    }
+
+    /// The same of velocities, and of any other difference of positions.
+    pub fn follow_rates(&self, u: &mut [f64]) {
+        for Slaved { coordinate, terms, .. } in &self.0 {
+            u[*coordinate] = terms.iter().map(|&(k, weight)| weight * u[k]).sum();
+        }
+    }
+
+    /// A sum over coordinates as one over masters, and the constant that this adds.
+    pub fn pulled_back(&self, terms: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
+        let (mut sums, mut constant) = (Vec::new(), 0.0);
+        for &(k, weight) in terms {
+            match self.find(k) {
+                None => sums.push((k, weight)),
+                Some(one) => {
+                    constant += weight * one.constant;
+                    sums.extend(one.terms.iter().map(|&(j, factor)| (j, weight * factor)));
+                }
+            }
+        }
+        summed(&mut sums);
+        (sums, constant)
+    }
+
+    /// R, with the terms of masters below `structure` alone.
+    pub fn basis(&self, size: usize, structure: usize) -> SparseMatrix {
+        SparseMatrix::from_rows(size, |k, entries| match self.find(k) {
+            None => entries.push((k, 1.0)),
+            Some(one) => {
+                entries.extend(one.terms.iter().copied().filter(|term| term.0 < structure));
+                entries.sort_unstable_by_key(|entry| entry.0);
+            }
+        })
+    }
+
+    /// The same relations with `coordinate` a master in place of `given`, which it contains with the weight `pivot`; constants
+    /// are zero.
+    pub fn exchanged(mut self, coordinate: usize, given: usize, pivot: f64) -> Self {
+        let Ok(index) = self.0.binary_search_by_key(&coordinate, |one| one.coordinate) else {
+            return self;
+        };
+        let others = self.0[index].terms.iter().filter(|term| term.0 != given);
+        let terms = std::iter::once((coordinate, 1.0 / pivot))
+            .chain(others.map(|&(k, factor)| (k, -factor / pivot)))
+            .collect();
+        let solved = Slaved { coordinate: given, constant: 0.0, terms };
+        for other in &mut self.0 {
+            let Some(position) = other.terms.iter().position(|term| term.0 == given) else {
+                continue;
+            };
+            let (_, factor) = other.terms.swap_remove(position);
+            let size = factor.abs();
+            for &(k, inner) in &solved.terms {
+                match other.terms.iter_mut().find(|term| term.0 == k) {
+                    Some(term) => term.1 += factor * inner,
+                    None => other.terms.push((k, factor * inner)),
+                }
+            }
+            other.terms.retain(|term| term.1.abs() > f64::EPSILON * size);
+        }
+        self.0[index] = solved;
+        Self::new(self.0)
+    }
+}
+
+impl Deref for SlavedCoordinates {
+    type Target = [Slaved];
+
+    fn deref(&self) -> &[Slaved] {
+        &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::massless::condensation::Condensed;
+    use crate::scene::model::Scene;
+    use crate::scene::reduction::bases::Reduction;
+    use crate::scene::status::Combination;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    fn contact(tangential: Vec<(usize, f64)>, normal: Vec<(usize, f64)>) -> ContactInput {
+        ContactInput {
+            tangential: Some(Direction::Entries(tangential)),
+            normal: Some(Direction::Entries(normal)),
+            normal_force: 0.0,
+            friction: 0.3,
+            static_friction: 0.3,
+            slider_speed: 1.0,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        }
+    }
+
+    fn scene(mass: &[f64], stiffness: &DMatrix<f64>, contacts: Vec<ContactInput>) -> Scene {
+        let input = SceneInput {
+            mass: Mass::Lumped(mass.to_vec()),
+            stiffness: SparseMatrix::from_dense(stiffness),
+            damping: Damping::Proportional { mass: 0.1, stiffness: 0.0 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![1.0; mass.len()],
+            contacts,
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        Scene::new(input).expect("a well-posed scene")
+    }
+
+    /// `A A' + 1`, from numbers in [-1, 1].
+    fn definite(size: usize, numbers: &[f64]) -> DMatrix<f64> {
+        let a = DMatrix::from_fn(size, size, |i, j| numbers[(i * size + j) % numbers.len()]);
+        &a * a.transpose() + DMatrix::identity(size, size)
+    }
+
+    fn near(a: &DMatrix<f64>, b: &DMatrix<f64>) -> bool {
+        (a - b).amax() <= 1e-12 * a.amax().max(b.amax())
+    }
+
+    proptest! {
+        /// Positions, velocities and functionals against R and r0 as dense matrices.
+        #[test]
+        fn slaved_coordinates_are_an_affine_change_of_basis(
+            numbers in proptest::collection::vec(-1.0..1.0f64, 40),
+        ) {
+            // Of seven coordinates 2 and 5 follow.
+            let masters = [0, 1, 3, 4, 6];
+            let slaved = [5, 2].map(|coordinate| {
+                let terms = masters.iter().enumerate().skip(coordinate % 2);
+                let terms = terms.map(|(i, &k)| (k, numbers[coordinate + i])).collect();
+                Slaved { coordinate, constant: numbers[30 + coordinate], terms }
+            });
+            let slaved = SlavedCoordinates::new(slaved.to_vec());
+            let right = slaved.basis(7, 7).to_dense();
+            let q: Vec<f64> = numbers[12..19].to_vec();
+            let (mut place, mut speed) = (q.clone(), q.clone());
+            slaved.follow(&mut place);
+            slaved.follow_rates(&mut speed);
+            let dense = &right * DVector::from_vec(q);
+            for k in 0..7 {
+                let constant = slaved.find(k).map_or(0.0, |one| one.constant);
+                prop_assert!((place[k] - dense[k] - constant).abs() <= 1e-14);
+                prop_assert!((speed[k] - dense[k]).abs() <= 1e-14);
+            }
+            let terms: Vec<(usize, f64)> = (0..7).map(|k| (k, numbers[20 + k])).collect();
+            let (pulled, constant) = slaved.pulled_back(&terms);
+            let over = |terms: &[(usize, f64)], q: &[f64]| {
+                terms.iter().map(|&(k, weight)| weight * q[k]).sum::<f64>()
+            };
+            prop_assert!(pulled.iter().all(|&(k, _)| slaved.find(k).is_none()));
+            prop_assert!((over(&terms, &place) - over(&pulled, &place) - constant).abs() <= 1e-13);
+        }
+
+        /// A mass between a floor and a ceiling that both touch by inclined directions: the matrices of a combination that holds
+        /// the dependent ones are congruent to those of the dofs.
+        #[test]
+        fn fitted_scenes_are_congruent(
+            numbers in proptest::collection::vec(-1.0..1.0f64, 9),
+            held in "[+s-]d|d[+s-]",
+        ) {
+            let stiffness = definite(3, &numbers);
+            let floor = contact(vec![(0, 1.0), (1, 0.2)], vec![(2, 1.0)]);
+            let ceiling = contact(vec![(0, -0.3), (1, 1.0)], vec![(0, 0.2), (2, -2.0)]);
+            let whole = scene(&[1.0, 2.0, 3.0], &stiffness, vec![floor, ceiling]);
+            let combination = Combination::parse(&held, 2).expect("statuses");
+            prop_assert!(!whole.dependents.is_empty());
+            let fitted = whole.fitted(&combination);
+            // The dofs per coordinate of x that is no sum of others.
+            let free = (0..fitted.size).filter(|&k| fitted.dependents.find(k).is_none());
+            let columns: Vec<DVector<f64>> = free
+                .clone()
+                .map(|k| {
+                    let mut q = vec![0.0; fitted.size];
+                    q[k] = 1.0;
+                    fitted.dependents.follow_rates(&mut q);
+                    DVector::from_vec(whole.velocities(&q))
+                })
+                .collect();
+            let free: Vec<usize> = free.collect();
+            prop_assert_eq!(free.len(), 3);
+            let right = DMatrix::from_columns(&columns);
+            let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 3.0]));
+            for (matrix, dofs) in [(&fitted.stiffness, &stiffness), (&fitted.mass, &mass)] {
+                let own = matrix.to_dense().select_rows(&free).select_columns(&free);
+                prop_assert!(near(&own, &(right.transpose() * dofs * &right)));
+            }
+            let force = right.transpose() * DVector::from_element(3, 1.0);
+            for (place, &k) in free.iter().enumerate() {
+                prop_assert!((fitted.force[k] - force[place]).abs() <= 1e-12);
+            }
+        }
+
+        /// What is left of a scene with two dofs without mass: the Schur complement of K, with the row that sliding merges.
+        #[test]
+        fn condensed_scenes_are_schur_complements(
+            numbers in proptest::collection::vec(-1.0..1.0f64, 16),
+            status in "[+ds-]",
+        ) {
+            let stiffness = definite(4, &numbers);
+            let node = contact(vec![(2, 1.0)], vec![(3, 1.0)]);
+            let whole = scene(&[1.0, 2.0, 0.0, 0.0], &stiffness, vec![node]);
+            let combination = Combination::parse(&status, 1).expect("a status");
+            let condensed = Condensed::new(&whole, &combination).expect("regular").expect("massless");
+            let left = condensed.scene(&whole);
+            let (follow, merge): (&[usize], f64) = match &status[..] {
+                "d" => (&[2, 3], 0.0),
+                "s" => (&[], 0.0),
+                sign => (&[2], if sign == "+" { -0.3 } else { 0.3 }),
+            };
+            let mut rows = stiffness.clone();
+            rows.set_row(2, &(stiffness.row(2) + merge * stiffness.row(3)));
+            let own = [0, 1];
+            let block = |i: &[usize], j: &[usize]| rows.select_rows(i).select_columns(j);
+            let expected = match follow {
+                [] => block(&own, &own),
+                _ => {
+                    let inverse = block(follow, follow).try_inverse().expect("regular");
+                    block(&own, &own) - block(&own, follow) * inverse * block(follow, &own)
+                }
+            };
+            let found = left.stiffness.to_dense().select_rows(&own).select_columns(&own);
+            prop_assert!(near(&found, &expected));
+            prop_assert_eq!(Reduction::new(&left, &combination).kept, own.to_vec());
+        }
+    }
+}
