@@ -47,9 +47,8 @@ impl CycleRecord {
                 && step.duration >= -INSTANT * self.period
         };
         // The period is the same sum in another order.
-        if !(self.period > 0.0 && (self.period - whole).abs() <= rounding && self.residual >= 0.0)
-            || !self.steps.iter().all(fits)
-        {
+        let periodic = self.period > 0.0 && (self.period - whole).abs() <= rounding;
+        if !(periodic && self.residual >= 0.0 && self.steps.iter().all(fits)) {
             return Err(refused("phases that do not fit each other or the scene"));
         }
         let last = self.steps.len() - 1;

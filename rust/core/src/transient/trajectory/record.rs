@@ -75,12 +75,12 @@ impl MotionRecord {
         let (Some(first), Some(last)) = (self.phases.first(), self.phases.last()) else {
             return Err(refused("a motion without phases"));
         };
-        if first.start != 0.0
-            || !self.phases.is_sorted_by(|a, b| a.start <= b.start)
-            // Without negative zeros the bits of times are ordered as these are.
-            || !self.phases.iter().all(|k| k.start.is_sign_positive() && k.rest.is_finite())
-            || !(finite(&self.states) && last.start <= self.end && self.end.is_finite())
-        {
+        // Without negative zeros the bits of times are ordered as these are.
+        let known = |phase: &Phase| phase.start.is_sign_positive() && phase.rest.is_finite();
+        let ordered = self.phases.is_sorted_by(|a, b| a.start <= b.start);
+        let begins = first.start == 0.0 && self.phases.iter().all(known);
+        let ends = last.start <= self.end && self.end.is_finite();
+        if !(begins && ordered && ends && finite(&self.states)) {
             return Err(refused("phases that do not fit each other"));
         }
         // The first phase begins with the motion, every other one with its events.
