@@ -238,7 +238,7 @@ const SMALL: usize = 16;
 /// At parameter values of a path.
 pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
     let factor =
-        |piece: &Piece, t| MassFactor::new(piece.mass.rows(t).to_dense(), &path.combination);
+        |piece: &Piece, t| MassFactor::new(piece.mass.rows(t).rounded(), &path.combination);
     let proportional = |piece: &&Piece| matches!(piece.damping, PathDamping::Proportional { .. });
     let piece = path.piece_of_constant_mass().filter(proportional);
     let shared =

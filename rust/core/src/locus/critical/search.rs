@@ -223,7 +223,7 @@ impl Search<'_> {
     fn divergences(&self) -> Vec<CriticalPoint> {
         let sign = |p: f64| {
             let pencil = self.path.pencil(p);
-            determinant_sign(pencil.leading()) * determinant_sign(pencil.stiffness.to_dense())
+            determinant_sign(pencil.leading()) * determinant_sign(pencil.stiffness.rounded())
         };
         let mut points = Vec::new();
         let mut last: Option<(usize, f64)> = None;
