@@ -258,7 +258,7 @@ def test_eigenvalues_where_the_plain_double_shift_wanders():
 @pytest.mark.parametrize("link", [1.0, 1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("friction", [0.4, 1.5])
 def test_long_chains_of_equals_against_lapack(friction, link):
-    """Matrices with a narrow band: weak links leave eigenvalues in clusters as near as their square."""
+    """Weak links leave eigenvalues in clusters as near as their square."""
     count = 40
     tie = {name: link * value for name, value in vars(equal_chain.LINK).items()}
     scene = ss.models.chain(
@@ -279,7 +279,8 @@ def test_long_chains_of_equals_against_lapack(friction, link):
     rows, columns = scipy.optimize.linear_sum_assignment(np.abs(value[:, None] - expected))
     error = np.abs(value[rows] - expected[columns])
     assert (error <= 1e-13 * rate * np.maximum(modes.condition[rows], 1.0)).all()
-    assert modes.residual.max() <= 1e-15
+    # Above this, modes are improved one by one.
+    assert modes.residual.max() <= 3e-14
     assert modes.condition.max() < WELL_CONDITIONED
     size = np.sqrt(np.abs(modes.a))
     product = (modes.left.T @ a @ modes.right - np.diag(modes.a)) / np.outer(size, size)

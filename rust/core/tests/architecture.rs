@@ -23,18 +23,18 @@ const PARTS: [&str; 12] = [
 /// Most lines of each part, tests apart: what it had when this was last set, and five percent. Raising one is a decision that its
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
-    ("error", 700),
-    ("numerics", 1400),
-    ("linalg", 2200),
-    ("scene", 6400),
-    ("contact", 3700),
-    ("modes", 2500),
-    ("locus", 2600),
-    ("motion", 10300),
-    ("transient", 4400),
-    ("energy", 700),
-    ("cycles", 4300),
-    ("study", 1200),
+    ("error", 730),
+    ("numerics", 1380),
+    ("linalg", 1790),
+    ("scene", 6200),
+    ("contact", 3590),
+    ("modes", 2340),
+    ("locus", 2480),
+    ("motion", 9700),
+    ("transient", 4250),
+    ("energy", 695),
+    ("cycles", 4250),
+    ("study", 1130),
 ];
 
 /// Most source files of one folder, its `mod.rs` among them.

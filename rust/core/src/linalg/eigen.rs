@@ -12,7 +12,6 @@ use faer::{Auto, Mat, Par, Spec};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use crate::linalg::banded_vectors::Banded;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, is_symmetric, viewed};
 use crate::linalg::eigenpair::{EigenPair, norm};
@@ -219,7 +218,7 @@ pub(crate) fn values_into(matrix: &mut DMatrix<f64>, values: &mut Vec<Complex64>
     let n = matrix.nrows();
     balance(matrix);
     if n > SMALL {
-        *values = large_values(matrix);
+        *values = large_values(matrix, None);
         return;
     }
     values.resize(n, Complex64::default());
@@ -231,15 +230,21 @@ pub(crate) fn values_into(matrix: &mut DMatrix<f64>, values: &mut Vec<Complex64>
     }
 }
 
-fn large_values(matrix: &DMatrix<f64>) -> Vec<Complex64> {
+/// Eigenvalues of a matrix, conjugates adjacent, +Im first; with `vectors`, its left and right ones are written to these, real and
+/// imaginary part of a pair to two columns, left ones conjugated. NaN where the iteration failed.
+fn large_values(matrix: &DMatrix<f64>, vectors: Option<[&mut Mat<f64>; 2]>) -> Vec<Complex64> {
     let n = matrix.nrows();
     let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
     let params: Spec<EvdParams, f64> = Spec::new(Auto::<f64>::auto());
-    let none = ComputeEigenvectors::No;
-    let mut memory = MemBuffer::new(evd_scratch::<f64>(n, none, none, Par::Seq, params));
+    let wanted = if vectors.is_some() { ComputeEigenvectors::Yes } else { ComputeEigenvectors::No };
+    let mut memory = MemBuffer::new(evd_scratch::<f64>(n, wanted, wanted, Par::Seq, params));
     let stack = MemStack::new(&mut memory);
-    let solved =
-        evd_real(viewed(matrix), re.as_mut(), im.as_mut(), None, None, Par::Seq, stack, params);
+    let [left, right] = match vectors {
+        Some(vectors) => vectors.map(|vectors| Some(vectors.as_mut())),
+        None => [None, None],
+    };
+    let (re_out, im_out) = (re.as_mut(), im.as_mut());
+    let solved = evd_real(viewed(matrix), re_out, im_out, left, right, Par::Seq, stack, params);
     (0..n)
         .map(|j| if solved.is_ok() { Complex64::new(re[j], im[j]) } else { f64::NAN.into() })
         .collect()
@@ -247,39 +252,13 @@ fn large_values(matrix: &DMatrix<f64>) -> Vec<Complex64> {
 
 fn large_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
     let n = matrix.nrows();
-    if let Some(banded) = Banded::new(matrix)
-        && let Some(pairs) = banded.pairs(&large_values(matrix))
-    {
-        return pairs;
-    }
-    let mut re = Diag::<f64>::zeros(n);
-    let mut im = Diag::<f64>::zeros(n);
-    let mut left = Mat::<f64>::zeros(n, n);
-    let mut right = Mat::<f64>::zeros(n, n);
-    let params: Spec<EvdParams, f64> = Spec::new(Auto::<f64>::auto());
-    let mut memory = MemBuffer::new(evd_scratch::<f64>(
-        n,
-        ComputeEigenvectors::Yes,
-        ComputeEigenvectors::Yes,
-        Par::Seq,
-        params,
-    ));
-    let converged = evd_real(
-        viewed(matrix),
-        re.as_mut(),
-        im.as_mut(),
-        Some(left.as_mut()),
-        Some(right.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params,
-    )
-    .is_ok();
+    let [mut left, mut right] = [(); 2].map(|()| Mat::<f64>::zeros(n, n));
+    let values = large_values(matrix, Some([&mut left, &mut right]));
     let mut pairs = Vec::with_capacity(n);
     let mut j = 0;
     while j < n {
-        let is_pair = im[j] != 0.0 && j + 1 < n;
-        // Vectors of a pair lie in two columns, real and imaginary part; left ones come conjugated.
+        let value = values[j];
+        let is_pair = value.im != 0.0 && j + 1 < n;
         let column = |vectors: &Mat<f64>, conjugate: f64| {
             (0..n)
                 .map(|i| {
@@ -288,11 +267,7 @@ fn large_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
                 })
                 .collect::<Vec<_>>()
         };
-        let mut pair = EigenPair {
-            value: if converged { Complex64::new(re[j], im[j]) } else { Complex64::from(f64::NAN) },
-            right: column(&right, 1.0),
-            left: column(&left, -1.0),
-        };
+        let mut pair = EigenPair { value, right: column(&right, 1.0), left: column(&left, -1.0) };
         if pair.value.im < 0.0 {
             pair.value = pair.value.conj();
             pair.right.iter_mut().chain(&mut pair.left).for_each(|z| *z = z.conj());

@@ -1,6 +1,5 @@
 //! Matrices, eigenproblems and factorizations.
 
-pub(crate) mod banded_vectors;
 pub(crate) mod components;
 pub(crate) mod dense;
 pub(crate) mod eigen;

@@ -1,16 +1,97 @@
 //! Sparse matrices in compressed rows: the one form in which a scene keeps its matrices.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Scalar};
 
 use crate::error::input::Error;
 
 /// A square matrix in compressed rows, column indices ascending within a row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SparseMatrix {
+pub struct SparseMatrix<T = f64> {
     size: usize,
     row_start: Vec<usize>,
     columns: Vec<usize>,
-    values: Vec<f64>,
+    values: Vec<T>,
+}
+
+impl<T: Scalar + Copy + Default> SparseMatrix<T> {
+    /// `fill` adds (column, value) of a row, columns ascending, to a list; nonzero entries are kept.
+    pub(crate) fn from_rows(
+        size: usize,
+        mut fill: impl FnMut(usize, &mut Vec<(usize, T)>),
+    ) -> Self {
+        let mut matrix = Self::with_capacity(size, size);
+        let mut entries = Vec::new();
+        for row in 0..size {
+            fill(row, &mut entries);
+            for (column, value) in entries.drain(..).filter(|entry| entry.1 != T::default()) {
+                matrix.columns.push(column);
+                matrix.values.push(value);
+            }
+            matrix.row_start.push(matrix.columns.len());
+        }
+        matrix
+    }
+
+    fn with_capacity(size: usize, entries: usize) -> Self {
+        let mut row_start = Vec::with_capacity(size + 1);
+        row_start.push(0);
+        Self {
+            size,
+            row_start,
+            columns: Vec::with_capacity(entries),
+            values: Vec::with_capacity(entries),
+        }
+    }
+
+    /// Number of rows, which is that of columns.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Nonzero entries of a row as (column, value).
+    #[inline]
+    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, T)> + '_ {
+        let (columns, values) = self.entries_of(row);
+        columns.iter().copied().zip(values.iter().copied())
+    }
+
+    /// Columns and values of a row.
+    #[inline]
+    pub(crate) fn entries_of(&self, row: usize) -> (&[usize], &[T]) {
+        let range = self.row_start[row]..self.row_start[row + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
+    /// The entry at (row, column), 0 where none is stored.
+    pub fn get(&self, row: usize, column: usize) -> T {
+        let (columns, values) = self.entries_of(row);
+        columns.binary_search(&column).map_or_else(|_| T::default(), |place| values[place])
+    }
+
+    pub(crate) fn transposed(&self) -> Self {
+        let mut place = vec![0; self.size + 1];
+        self.columns.iter().for_each(|&column| place[column + 1] += 1);
+        (0..self.size).for_each(|k| place[k + 1] += place[k]);
+        let row_start = place.clone();
+        let count = self.values.len();
+        let (mut columns, mut values) = (vec![0; count], vec![T::default(); count]);
+        for row in 0..self.size {
+            for (column, value) in self.row(row) {
+                (columns[place[column]], values[place[column]]) = (row, value);
+                place[column] += 1;
+            }
+        }
+        Self { size: self.size, row_start, columns, values }
+    }
+
+    /// The same matrix with all its zeros, n by n.
+    pub fn to_dense(&self) -> DMatrix<T> {
+        let mut dense = DMatrix::from_element(self.size, self.size, T::default());
+        for row in 0..self.size {
+            self.row(row).for_each(|(column, value)| dense[(row, column)] = value);
+        }
+        dense
+    }
 }
 
 impl SparseMatrix {
@@ -19,24 +100,6 @@ impl SparseMatrix {
         Self::from_rows(dense.nrows(), |row, entries| {
             entries.extend(dense.row(row).iter().copied().enumerate());
         })
-    }
-
-    /// `fill` adds (column, value) of a row, columns ascending, to a list; nonzero entries are kept.
-    pub(crate) fn from_rows(
-        size: usize,
-        mut fill: impl FnMut(usize, &mut Vec<(usize, f64)>),
-    ) -> Self {
-        let mut matrix = Self::with_capacity(size, size);
-        let mut entries = Vec::new();
-        for row in 0..size {
-            fill(row, &mut entries);
-            for (column, value) in entries.drain(..).filter(|entry| entry.1 != 0.0) {
-                matrix.columns.push(column);
-                matrix.values.push(value);
-            }
-            matrix.row_start.push(matrix.columns.len());
-        }
-        matrix
     }
 
     /// A matrix from the compressed rows of a caller: duplicates are refused, columns are sorted.
@@ -107,22 +170,6 @@ impl SparseMatrix {
         Self::diagonal(&entries)
     }
 
-    fn with_capacity(size: usize, entries: usize) -> Self {
-        let mut row_start = Vec::with_capacity(size + 1);
-        row_start.push(0);
-        Self {
-            size,
-            row_start,
-            columns: Vec::with_capacity(entries),
-            values: Vec::with_capacity(entries),
-        }
-    }
-
-    /// Number of rows, which is that of columns.
-    pub fn size(&self) -> usize {
-        self.size
-    }
-
     /// Number of stored entries.
     pub fn entries(&self) -> usize {
         self.values.len()
@@ -131,28 +178,6 @@ impl SparseMatrix {
     /// (data, column indices, row starts), as scipy's `csr_array` takes them.
     pub fn compressed_rows(&self) -> (&[f64], &[usize], &[usize]) {
         (&self.values, &self.columns, &self.row_start)
-    }
-
-    /// Nonzero entries of a row as (column, value).
-    #[inline]
-    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.row_start[row]..self.row_start[row + 1];
-        self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
-    }
-
-    /// Columns and values of a row.
-    pub(crate) fn entries_of(&self, row: usize) -> (&[usize], &[f64]) {
-        let range = self.row_start[row]..self.row_start[row + 1];
-        (&self.columns[range.clone()], &self.values[range])
-    }
-
-    /// The entry at (row, column), 0 where none is stored.
-    pub fn get(&self, row: usize, column: usize) -> f64 {
-        let range = self.row_start[row]..self.row_start[row + 1];
-        match self.columns[range.clone()].binary_search(&column) {
-            Ok(position) => self.values[range.start + position],
-            Err(_) => 0.0,
-        }
     }
 
     /// `row . x`
@@ -351,30 +376,6 @@ impl SparseMatrix {
     pub(crate) fn parts(&self) -> [Self; 2] {
         let mirrored = self.transposed();
         [0.5, -0.5].map(|sign| self.combined(0.5, &mirrored, sign).filtered(|_, _| true))
-    }
-
-    pub(crate) fn transposed(&self) -> Self {
-        let mut place = vec![0; self.size + 1];
-        self.columns.iter().for_each(|&column| place[column + 1] += 1);
-        (0..self.size).for_each(|k| place[k + 1] += place[k]);
-        let row_start = place.clone();
-        let (mut columns, mut values) = (vec![0; self.entries()], vec![0.0; self.entries()]);
-        for row in 0..self.size {
-            for (column, value) in self.row(row) {
-                (columns[place[column]], values[place[column]]) = (row, value);
-                place[column] += 1;
-            }
-        }
-        Self { size: self.size, row_start, columns, values }
-    }
-
-    /// The same matrix with all its zeros, n by n.
-    pub fn to_dense(&self) -> DMatrix<f64> {
-        let mut dense = DMatrix::zeros(self.size, self.size);
-        for row in 0..self.size {
-            self.row(row).for_each(|(column, value)| dense[(row, column)] = value);
-        }
-        dense
     }
 }
 

@@ -17,6 +17,9 @@ use crate::locus::watched_path::WatchedPath;
 /// the square root of an ulp, so nothing finer could be told from rounding.
 pub(crate) const RESOLUTION: f64 = 1e-13;
 
+/// Stands for the continuation of a member that is not continued.
+pub(crate) const NOWHERE: usize = usize::MAX;
+
 /// Two neighbouring nodes joined: `next[k]` is the member of the second that continues member k of the first.
 #[derive(Debug, Clone)]
 pub(crate) struct Link {
@@ -25,14 +28,15 @@ pub(crate) struct Link {
     pub meeting: bool,
 }
 
+/// How to join two nodes, from their `depth`, the number of divisions below the given values, and whether the interval
+/// between them can be divided; None if it is to be divided first.
+pub(crate) type Join<'a> = &'a (dyn Fn([&Node; 2], usize, bool) -> Option<Link> + Sync);
+
 /// A condition that an interval must satisfy beyond a safe continuation; otherwise it is halved as well.
 pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
 
 /// The nodes at all `values`, those apart at which branches cross without meeting.
-pub(crate) fn regular_nodes(
-    path: WatchedPath<'_>,
-    values: &[f64],
-) -> Result<(Vec<Node>, Vec<Node>), Error> {
+fn regular_nodes(path: WatchedPath<'_>, values: &[f64]) -> Result<(Vec<Node>, Vec<Node>), Error> {
     let nodes = in_parallel(|| {
         values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()
     })?;
@@ -60,70 +64,93 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
-    /// The mesh through all `values` (ascending, at least one) and as many points between them as are needed.
+    /// The mesh through all `values` (ascending, at least one) that continues every branch, and as many points between them
+    /// as this needs.
     pub fn new(path: WatchedPath<'_>, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
-        let (nodes, crossings) = regular_nodes(path, values)?;
         // Of the path, so that a part of the values has the same mesh as all of them.
         let (lower, upper) = path.range();
         let resolution = RESOLUTION * (upper - lower);
-        let part = |pair: &[Node]| {
-            let mut part = Mesh::default();
-            part.refine(path, &pair[0], &pair[1], demand, resolution)?;
-            Ok(part)
-        };
-        let parts = in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
-        Ok(Mesh { crossings, ..Mesh::joined(nodes, parts) })
+        Self::joined(path, values, &|[from, to], _, divisible| {
+            let (continued, correlations) = from.continued(to);
+            let every: Vec<usize> = (0..from.modes.len()).collect();
+            let next = continued.as_ref().map(|next| from.members_of(to, next));
+            let safe = continued
+                .as_ref()
+                .is_some_and(|next| from.keeps_distances(&every, to, next, &correlations));
+            match next {
+                Some(next) if safe && demand(from, to, &next) => {
+                    Some(Link { next, meeting: false })
+                }
+                _ if divisible && to.value - from.value > resolution => None,
+                // A crossing of modes whose coupling is lost in rounding.
+                Some(next) => Some(Link { next, meeting: false }),
+                None => {
+                    Some(Link { next: from.nearest(to, from.apart(), |_, _| true), meeting: true })
+                }
+            }
+        })
     }
 
-    /// The nodes with the parts between each two of them.
-    pub fn joined(nodes: Vec<Node>, parts: Vec<Mesh>) -> Self {
-        let mut mesh = Mesh::default();
+    /// The mesh through all `values` (ascending, at least one) with nodes joined as `join` says.
+    pub fn joined(path: WatchedPath<'_>, values: &[f64], join: Join<'_>) -> Result<Self, Error> {
+        let (nodes, crossings) = regular_nodes(path, values)?;
+        let part = |pair: &[Node]| Self::between(path, [&pair[0], &pair[1]], join);
+        let parts: Vec<Mesh> =
+            in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
+        let mut mesh = Mesh { crossings, ..Mesh::default() };
         let mut nodes = nodes.into_iter();
         mesh.nodes.extend(nodes.next());
-        for (part, node) in parts.into_iter().zip(nodes) {
-            mesh.nodes.extend(part.nodes);
-            mesh.links.extend(part.links);
-            mesh.nodes.push(node);
-        }
-        mesh
+        parts.into_iter().zip(nodes).for_each(|(part, node)| mesh.append(part, node));
+        Ok(mesh)
+    }
+
+    /// What lies between two nodes, without these.
+    pub fn between(path: WatchedPath<'_>, ends: [&Node; 2], join: Join<'_>) -> Result<Self, Error> {
+        let mut part = Mesh::default();
+        part.refine(path, ends, 0, join)?;
+        Ok(part)
+    }
+
+    /// Adds what lies between the last node and another one, and that one.
+    pub fn append(&mut self, part: Mesh, node: Node) {
+        self.nodes.extend(part.nodes);
+        self.links.extend(part.links);
+        self.nodes.push(node);
     }
 
     fn refine(
         &mut self,
         path: WatchedPath<'_>,
-        from: &Node,
-        to: &Node,
-        demand: Demand<'_>,
-        resolution: f64,
+        [from, to]: [&Node; 2],
+        depth: usize,
+        join: Join<'_>,
     ) -> Result<(), Error> {
-        let (continued, correlations) = from.continued(to);
-        let every: Vec<usize> = (0..from.modes.len()).collect();
-        if let Some(next) = &continued
-            && from.keeps_distances(&every, to, next, &correlations)
-        {
-            let next = from.members_of(to, next);
-            if demand(from, to, &next) {
-                self.links.push(Link { next, meeting: false });
-                return Ok(());
-            }
-        }
-        if to.value - from.value > resolution
-            && let Some(node) = Node::between(path, from, to)?
-        {
-            self.refine(path, from, &node, demand, resolution)?;
-            let place = self.nodes.len();
-            self.nodes.push(Node::default());
-            let refined = self.refine(path, &node, to, demand, resolution);
-            self.nodes[place] = node;
-            return refined;
-        }
-        let link = match continued {
-            // A crossing of modes whose coupling is lost in rounding.
-            Some(next) => Link { next: from.members_of(to, &next), meeting: false },
-            None => Link { next: from.nearest(to, from.apart(), |_, _| true), meeting: true },
+        let link = join([from, to], depth, true);
+        let division = match link {
+            Some(_) => None,
+            None => Node::between(path, from, to)?,
         };
-        self.links.push(link);
-        Ok(())
+        let Some(node) = division else {
+            self.links.extend(link.or_else(|| join([from, to], depth, false)));
+            return Ok(());
+        };
+        self.refine(path, [from, &node], depth + 1, join)?;
+        let place = self.nodes.len();
+        self.nodes.push(Node::default());
+        let refined = self.refine(path, [&node, to], depth + 1, join);
+        self.nodes[place] = node;
+        refined
+    }
+
+    /// The modes of node k that are continued to the next node without a meeting, each with the mode that continues it.
+    pub fn continued(&self, k: usize) -> Vec<(usize, usize)> {
+        let Link { next, meeting } = &self.links[k];
+        let (here, there) = (self.nodes[k].members(), self.nodes[k + 1].members());
+        let joined = here.iter().zip(next);
+        joined
+            .filter(|&(member, &next)| !meeting && !member.conjugate && next != NOWHERE)
+            .map(|(member, &next)| (member.mode, there[next].mode))
+            .collect()
     }
 
     /// For every node, the member that carries each branch; branches are the members of the first node.

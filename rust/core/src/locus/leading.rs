@@ -8,19 +8,14 @@
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
-
 use crate::error::input::Error;
-use crate::linalg::parallel::in_parallel;
-use crate::locus::branches::{Link, Mesh, regular_nodes};
+use crate::locus::branches::{Link, Mesh, NOWHERE};
 use crate::locus::node::{Member, Node};
 use crate::locus::watched_path::WatchedPath;
 
 /// How often the interval between two given values is halved; what is not decided then counts as a meeting. The cost is
 /// bounded: a large problem has dense modes that veer or meet everywhere.
 const HALVINGS: usize = 1;
-/// Stands for the continuation of a member that is not continued.
-const NOWHERE: usize = usize::MAX;
 
 /// The mesh through `values` that continues all candidates for the `modes` branches of the largest real parts, and these
 /// candidates as members of the first node. Its links lead nowhere for other members.
@@ -29,15 +24,11 @@ pub(crate) fn leading(
     values: &[f64],
     modes: usize,
 ) -> Result<(Mesh, Vec<usize>), Error> {
-    let (nodes, crossings) = regular_nodes(path, values)?;
-    let part = |pair: &[Node]| {
-        let mut part = Mesh::default();
-        divide(path, &pair[0], &pair[1], modes, HALVINGS, &mut part)?;
-        Ok(part)
-    };
-    let parts = in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
-    let mut mesh = Mesh::joined(nodes, parts);
-    mesh.crossings = crossings;
+    let mut mesh = Mesh::joined(path, values, &|[from, to], depth, divisible| {
+        let mut link = Link { next: from.apart(), meeting: false };
+        extend(&mut link, from, to, &foremost(from, modes), &foremost(to, modes));
+        (!(divisible && link.meeting && depth < HALVINGS)).then_some(link)
+    })?;
     let mut followed: Vec<Vec<bool>> =
         mesh.nodes.iter().map(|node| foremost(node, modes)).collect();
     while spread(path, &mut mesh, &mut followed)? {}
@@ -62,32 +53,6 @@ fn foremost(node: &Node, modes: usize) -> Vec<bool> {
         eigenvalues += if node.modes[mode].is_real() { 1 } else { 2 };
     }
     chosen
-}
-
-/// Joins two nodes for their first modes, through as many others as may be and help.
-fn divide(
-    path: WatchedPath<'_>,
-    from: &Node,
-    to: &Node,
-    modes: usize,
-    halvings: usize,
-    part: &mut Mesh,
-) -> Result<(), Error> {
-    let mut link = Link { next: from.apart(), meeting: false };
-    extend(&mut link, from, to, &foremost(from, modes), &foremost(to, modes));
-    if link.meeting
-        && halvings > 0
-        && let Some(node) = Node::between(path, from, to)?
-    {
-        divide(path, from, &node, modes, halvings - 1, part)?;
-        let place = part.nodes.len();
-        part.nodes.push(Node::default());
-        let divided = divide(path, &node, to, modes, halvings - 1, part);
-        part.nodes[place] = node;
-        return divided;
-    }
-    part.links.push(link);
-    Ok(())
 }
 
 /// Follows modes on along all links, both ways, and says whether that took any link further.

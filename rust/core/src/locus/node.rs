@@ -8,8 +8,7 @@ use num_complex::Complex64;
 
 use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
-use crate::locus::parameter_path::{Path, PathDamping};
-use crate::locus::series::Series;
+use crate::locus::parameter_path::{Expansion, Path};
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
@@ -317,34 +316,10 @@ fn is_real(vector: &[Complex64]) -> bool {
 type Moved = (usize, usize, [f64; 3]);
 
 fn moved_entries(path: &Path, value: f64) -> Vec<Moved> {
-    let (piece, t) = path.place(value);
-    let slope = |series: &Series, place| series.slope(place, t) / piece.half_width;
-    // alpha and beta with their slopes, where these make C.
-    let laws = match &piece.damping {
-        PathDamping::General(_) => [(0.0, 0.0); 2],
-        PathDamping::Proportional { alpha, beta } => {
-            [alpha, beta].map(|law| (law.value(t), slope(law, (0, 0))))
-        }
-    };
-    let mut moved = Vec::new();
-    for place in (0..path.size).flat_map(|i| (0..path.size).map(move |j| (i, j))) {
-        let (mass, stiffness) = (slope(&piece.mass, place), slope(&piece.stiffness, place));
-        let damping = match &piece.damping {
-            PathDamping::General(series) => slope(series, place),
-            PathDamping::Proportional { .. } => {
-                let of = |(law, change): (f64, f64), series: &Series, moved: f64| {
-                    let own = if change == 0.0 { 0.0 } else { series.doubled(place, t).value() };
-                    law * moved + change * own
-                };
-                of(laws[0], &piece.mass, mass) + of(laws[1], &piece.stiffness, stiffness)
-            }
-        };
-        let entries = [mass, damping, stiffness];
-        if entries != [0.0; 3] {
-            moved.push((place.0, place.1, entries));
-        }
-    }
-    moved
+    let Expansion { slopes: [mass, damping, stiffness], .. } = path.expansion(value);
+    let places = (0..path.size).flat_map(|i| (0..path.size).map(move |j| (i, j)));
+    let entries = places.map(|at| (at.0, at.1, [mass[at], damping[at], stiffness[at]]));
+    entries.filter(|entry| entry.2 != [0.0; 3]).collect()
 }
 
 /// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`

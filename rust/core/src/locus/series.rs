@@ -55,16 +55,6 @@ impl Series {
         DoubledRows::new(size, |i, j| self.doubled((i, j), t))
     }
 
-    /// The derivative of an entry to t, from `T_k' = k U_{k-1}`.
-    pub(crate) fn slope(&self, place: (usize, usize), t: f64) -> f64 {
-        let (mut sum, mut second, mut before) = (0.0, 1.0, 0.0);
-        for (k, coefficient) in self.0.iter().enumerate().skip(1) {
-            sum += k as f64 * second * coefficient[place];
-            (second, before) = (2.0 * t * second - before, second);
-        }
-        sum
-    }
-
     /// In working precision.
     pub(crate) fn at(&self, t: f64) -> DMatrix<f64> {
         let (first, rest) = match self.0.as_slice() {

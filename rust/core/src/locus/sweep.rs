@@ -10,7 +10,7 @@ use crate::linalg::eigenpair::turned;
 use crate::linalg::parallel::in_parallel;
 use crate::locus::branches::Mesh;
 use crate::locus::leading::leading;
-use crate::locus::node::Node;
+use crate::locus::node::{Member, Node};
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::growth::{Verdict, pencil_growth, proportional_growth};
@@ -69,21 +69,26 @@ impl Sweep {
             keep_largest(&mut rows, modes);
         }
         let branches = rows.first().map_or(0, |row| row.carriers.len());
-        let entries = if vectors { branches * path.size } else { 0 };
-        let zero = Complex64::default();
-        let table = || vec![zero; values.len() * branches];
-        let mut sweep = Self {
+        let length = if vectors { branches * path.size } else { 0 };
+        let zeros = || vec![Complex64::default(); values.len() * length];
+        let (mut right, mut left) = (zeros(), zeros());
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let both = right.par_chunks_mut(length.max(1)).zip(left.par_chunks_mut(length.max(1)));
+        in_parallel(|| rows.par_iter().zip(both).for_each(|(row, both)| row.fill(both)));
+        let entries: Vec<Entry> = rows.iter().flat_map(Row::entries).collect();
+        let numbers = |number: fn(&Entry) -> Complex64| entries.iter().map(number).collect();
+        let sweep = Self {
             values: values.to_vec(),
             branches,
-            eigenvalues: table(),
-            unstable: vec![false; values.len() * branches],
+            eigenvalues: numbers(|entry| entry.eigenvalue),
+            unstable: entries.iter().map(|entry| entry.unstable).collect(),
             stable: rows.iter().map(Row::is_stable).collect(),
-            slopes: table(),
-            condition: vec![0.0; values.len() * branches],
-            defective: vec![false; values.len() * branches],
-            a: table(),
-            right: vec![zero; values.len() * entries],
-            left: vec![zero; values.len() * entries],
+            slopes: numbers(|entry| entry.slope),
+            condition: entries.iter().map(|entry| entry.condition).collect(),
+            defective: entries.iter().map(|entry| entry.defective).collect(),
+            a: numbers(|entry| entry.a),
+            right,
+            left,
             meetings: mesh
                 .links
                 .iter()
@@ -92,36 +97,23 @@ impl Sweep {
                 .map(|(_, pair)| 0.5 * (pair[0].value + pair[1].value))
                 .collect(),
         };
-        // Chunks of length zero are not allowed, and there is nothing in them.
-        let (branches, entries) = (branches.max(1), entries.max(1));
-        let mut chunks: Vec<Chunk<'_>> = rows
-            .into_iter()
-            .zip(sweep.eigenvalues.chunks_mut(branches))
-            .zip(sweep.unstable.chunks_mut(branches))
-            .zip(sweep.slopes.chunks_mut(branches))
-            .zip(sweep.condition.chunks_mut(branches))
-            .zip(sweep.defective.chunks_mut(branches))
-            .zip(sweep.a.chunks_mut(branches))
-            .map(|((((((row, eigenvalues), unstable), slopes), condition), defective), a)| Chunk {
-                row,
-                eigenvalues,
-                unstable,
-                slopes,
-                condition,
-                defective,
-                a,
-                vectors: None,
-            })
-            .collect();
-        if vectors {
-            let both = sweep.right.chunks_mut(entries).zip(sweep.left.chunks_mut(entries));
-            chunks.iter_mut().zip(both).for_each(|(chunk, both)| chunk.vectors = Some(both));
-        }
-        in_parallel(|| chunks.into_par_iter().for_each(Chunk::fill));
         // A mesh of many nodes takes its time to drop as well.
         in_parallel(|| mesh.nodes.into_par_iter().for_each(drop));
         Ok(sweep)
     }
+}
+
+/// Stands for what a defective mode has not.
+const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
+/// One branch at one value, as [`Sweep`] has it.
+struct Entry {
+    eigenvalue: Complex64,
+    unstable: bool,
+    slope: Complex64,
+    condition: f64,
+    defective: bool,
+    a: Complex64,
 }
 
 /// A node at a wanted value, with the member that carries each branch.
@@ -133,6 +125,39 @@ struct Row<'a> {
 impl Row<'_> {
     fn is_stable(&self) -> bool {
         !self.node.unstable.contains(&true)
+    }
+
+    fn entries(&self) -> impl Iterator<Item = Entry> + '_ {
+        let members = self.node.members();
+        self.carriers.iter().map(move |&carrier| {
+            let Member { mode: index, conjugate } = members[carrier];
+            let mode = &self.node.modes[index];
+            let defective = mode.is_defective();
+            Entry {
+                eigenvalue: turned(mode.eigenvalue, conjugate),
+                unstable: self.node.unstable[index],
+                slope: turned(self.node.slopes[index], conjugate),
+                condition: mode.condition,
+                defective,
+                a: if defective { UNDEFINED } else { turned(mode.a, conjugate) },
+            }
+        })
+    }
+
+    /// Writes right and left vectors, over (coordinate, branch).
+    fn fill(&self, (right, left): (&mut [Complex64], &mut [Complex64])) {
+        let members = self.node.members();
+        for (branch, &carrier) in self.carriers.iter().enumerate() {
+            let Member { mode, conjugate } = members[carrier];
+            let mode = &self.node.modes[mode];
+            let into = |target: &mut [Complex64], vector: &[Complex64], defined: bool| {
+                let column = target.iter_mut().skip(branch).step_by(self.carriers.len());
+                let entry = |&z| if defined { turned(z, conjugate) } else { UNDEFINED };
+                column.zip(vector.iter().map(entry)).for_each(|(place, z)| *place = z);
+            };
+            into(right, &mode.right, true);
+            into(left, &mode.left, !mode.is_defective());
+        }
     }
 }
 
@@ -183,62 +208,13 @@ fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>
     rows
 }
 
-/// The part of a sweep's arrays that belongs to one value.
-struct Chunk<'a> {
-    row: Row<'a>,
-    eigenvalues: &'a mut [Complex64],
-    unstable: &'a mut [bool],
-    slopes: &'a mut [Complex64],
-    condition: &'a mut [f64],
-    defective: &'a mut [bool],
-    a: &'a mut [Complex64],
-    /// Right and left, over (coordinate, branch).
-    vectors: Option<(&'a mut [Complex64], &'a mut [Complex64])>,
-}
-
-impl Chunk<'_> {
-    fn fill(self) {
-        let Row { node, carriers } = self.row;
-        let members = node.members();
-        let branches = carriers.len();
-        let mut vectors = self.vectors;
-        for (branch, &carrier) in carriers.iter().enumerate() {
-            let member = members[carrier];
-            let mode = &node.modes[member.mode];
-            let oriented = |z| turned(z, member.conjugate);
-            self.eigenvalues[branch] = node.eigenvalue(member);
-            self.unstable[branch] = node.unstable[member.mode];
-            self.slopes[branch] = oriented(node.slopes[member.mode]);
-            let defective = mode.is_defective();
-            let undefined = Complex64::new(f64::NAN, f64::NAN);
-            self.a[branch] = if defective { undefined } else { oriented(mode.a) };
-            self.condition[branch] = mode.condition;
-            self.defective[branch] = defective;
-            if let Some((right, left)) = &mut vectors {
-                let into = |target: &mut [Complex64], vector: &[Complex64]| {
-                    let column = target[branch..].iter_mut().step_by(branches);
-                    column.zip(vector).for_each(|(entry, &z)| *entry = oriented(z));
-                };
-                into(right, &mode.right);
-                into(left, &mode.left);
-                if defective {
-                    left[branch..]
-                        .iter_mut()
-                        .step_by(branches)
-                        .for_each(|entry| *entry = undefined);
-                }
-            }
-        }
-    }
-}
-
 /// Most coordinates of a reduced problem with which a verdict takes microseconds.
 const SMALL: usize = 16;
 
 /// At parameter values of a path.
 pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
     let factor =
-        |piece: &Piece, t| MassFactor::new(piece.mass.rows(t).to_dense(), &path.combination);
+        |piece: &Piece, t| MassFactor::new(piece.mass.rows(t).rounded(), &path.combination);
     let proportional = |piece: &&Piece| matches!(piece.damping, PathDamping::Proportional { .. });
     let piece = path.piece_of_constant_mass().filter(proportional);
     let shared =

@@ -15,6 +15,7 @@ use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
@@ -84,7 +85,7 @@ impl Modes {
             .zip(left.chunks_mut(m.max(1)))
             .zip(shapes.chunks_mut(n.max(1)))
             .zip(&whole);
-        each(m, columns.collect(), |(((right, left), shape), &(mode, conjugate))| {
+        each(m, columns.collect(), |(((right, left), shape_column), &(mode, conjugate))| {
             let copy = |target: &mut [Complex64], source: &[Complex64]| {
                 let entries = target.iter_mut().zip(source);
                 entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
@@ -94,17 +95,9 @@ impl Modes {
                 true => left.fill(UNDEFINED),
                 false => copy(left, &mode.left),
             }
-            let over_dofs = |part: fn(&Complex64) -> f64| {
-                let mut q = vec![0.0; scene.size];
-                reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
-                if let Some(condensed) = &condensed {
-                    condensed.slaved.follow_rates(&mut q);
-                }
-                reduced.scene(scene).dependents.follow_rates(&mut q);
-                scene.velocities(&q)
-            };
-            let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
-            shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
+            let over_dofs =
+                shape(scene, reduced.scene(scene), &condensed, &reduced.reduction, right);
+            shape_column.copy_from_slice(&over_dofs);
         });
         Ok(Self {
             eigenvalues: values(&|mode| mode.eigenvalue),
@@ -142,6 +135,27 @@ impl Modes {
             })
             .collect()
     }
+}
+
+/// A right vector over all dofs of a scene; `moving` is the scene that a reduction is of, `condensed` what it leaves out.
+pub(crate) fn shape(
+    scene: &Scene,
+    moving: &Scene,
+    condensed: &Option<Condensed>,
+    reduction: &Reduction,
+    right: &[Complex64],
+) -> Vec<Complex64> {
+    let part = |part: fn(&Complex64) -> f64| {
+        let mut q = vec![0.0; scene.size];
+        reduction.kept.iter().zip(right).for_each(|(&k, z)| q[k] = part(z));
+        if let Some(condensed) = condensed {
+            condensed.slaved.follow_rates(&mut q);
+        }
+        moving.dependents.follow_rates(&mut q);
+        scene.velocities(&q)
+    };
+    let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
+    parts.map(|(re, im)| Complex64::new(re, im)).collect()
 }
 
 /// Scales both vectors so that their largest entries are 1; `a` follows.

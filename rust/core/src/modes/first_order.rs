@@ -20,9 +20,7 @@ impl Pencil {
     pub fn first_order(&self) -> Vec<usize> {
         let mut moved = vec![false; self.size];
         for i in 0..self.size {
-            let (columns, entries) = self.mass.row_slices(i);
-            let entries = columns.iter().zip(entries).filter(|entry| entry.1.high != 0.0);
-            entries.for_each(|(&k, _)| moved[k] = true);
+            self.mass.row(i).for_each(|(k, _)| moved[k] = true);
         }
         (0..self.size).filter(|&k| !moved[k]).collect()
     }
@@ -31,14 +29,14 @@ impl Pencil {
     pub fn leading(&self) -> DMatrix<f64> {
         match &self.damping {
             PencilDamping::General(damping) => self.raised(damping).0[0].clone(),
-            PencilDamping::Proportional { .. } => self.mass.to_dense(),
+            PencilDamping::Proportional { .. } => self.mass.rounded(),
         }
     }
 
     /// `[[M_r, C_s], [C_r, K_s], [K_r, 0]]` from the rows of C, and the coordinates of first order.
     pub fn raised(&self, damping: &DoubledRows) -> ([DMatrix<f64>; 3], Vec<usize>) {
         let [mut mass, mut damping, mut stiffness] =
-            [&self.mass, damping, &self.stiffness].map(DoubledRows::to_dense);
+            [&self.mass, damping, &self.stiffness].map(DoubledRows::rounded);
         let first = self.first_order();
         for &k in &first {
             mass.set_column(k, &damping.column(k));

@@ -208,8 +208,8 @@ fn proportional_values(kappas: &[Complex64], alpha: f64, beta: f64, lambdas: &mu
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
     match &pencil.damping {
         &PencilDamping::Proportional { alpha, beta } => {
-            let factor = MassFactor::new(pencil.mass.to_dense(), &pencil.combination)?;
-            let stiffness = pencil.stiffness.to_dense();
+            let factor = MassFactor::new(pencil.mass.rounded(), &pencil.combination)?;
+            let stiffness = pencil.stiffness.rounded();
             proportional_growth(&factor, &stiffness, [alpha, beta], || Cow::Borrowed(pencil))
         }
         PencilDamping::General(rows) => {

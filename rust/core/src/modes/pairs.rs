@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use crate::error::input::Error;
 use crate::linalg::parallel::each;
 use crate::linalg::sparse::SparseMatrix;
-use crate::modes::complex_modes::normalised;
+use crate::modes::complex_modes::{normalised, shape};
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::scene::massless::condensation::Condensed;
@@ -66,21 +66,9 @@ pub fn judged_pairs(
     let moving = &*scene.moving(combination)?;
     let reduction = Reduction::new(moving, combination);
     let pencil = Pencil::new(moving, combination, &reduction);
-    let over_dofs = |right: &[Complex64]| {
-        let part = |part: fn(&Complex64) -> f64| {
-            let mut q = vec![0.0; scene.size];
-            reduction.kept.iter().zip(right).for_each(|(&k, z)| q[k] = part(z));
-            if let Some(condensed) = &condensed {
-                condensed.slaved.follow_rates(&mut q);
-            }
-            moving.dependents.follow_rates(&mut q);
-            scene.velocities(&q)
-        };
-        let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
-        parts.map(|(re, im)| Complex64::new(re, im)).collect()
-    };
+    let over_dofs = |right: &[Complex64]| shape(scene, moving, &condensed, &reduction, right);
     let damping = |k: usize| match &pencil.damping {
-        PencilDamping::General(rows) => rows.diagonal(k),
+        PencilDamping::General(rows) => rows.get(k, k).high,
         PencilDamping::Proportional { .. } => 0.0,
     };
     let first_order: Vec<(usize, f64)> =

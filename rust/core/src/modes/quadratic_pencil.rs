@@ -14,90 +14,40 @@ use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
-/// An m by m matrix in compressed rows of [`Doubled`] entries.
-#[derive(Debug, Clone)]
-pub(crate) struct DoubledRows {
-    start: Vec<usize>,
-    columns: Vec<usize>,
-    entries: Vec<Doubled>,
-}
+/// An m by m matrix whose entries keep what rounding loses.
+pub(crate) type DoubledRows = SparseMatrix<Doubled>;
 
 impl DoubledRows {
     /// Keeps the nonzero entries.
-    pub fn new(size: usize, entry: impl Fn(usize, usize) -> Doubled) -> Self {
-        // Rows of a mechanism are short; longer ones make the vectors grow.
-        let expected = size * size.min(8);
-        let mut rows = Self {
-            start: Vec::with_capacity(size + 1),
-            columns: Vec::with_capacity(expected),
-            entries: Vec::with_capacity(expected),
-        };
-        rows.start.push(0);
-        for i in 0..size {
-            for j in 0..size {
-                let value = entry(i, j);
-                if value.high != 0.0 {
-                    rows.columns.push(j);
-                    rows.entries.push(value);
-                }
-            }
-            rows.start.push(rows.columns.len());
-        }
-        rows
+    pub(crate) fn new(size: usize, entry: impl Fn(usize, usize) -> Doubled) -> Self {
+        Self::from_rows(size, |i, row| row.extend((0..size).map(|j| (j, entry(i, j)))))
     }
 
     /// `L' matrix R` of a reduction.
     fn reduced(reduction: &Reduction, matrix: &SparseMatrix) -> Self {
         let m = reduction.size();
-        let mut rows = Self { start: vec![0], columns: Vec::new(), entries: Vec::new() };
-        let mut row = vec![Doubled::default(); m];
+        let mut sums = vec![Doubled::default(); m];
         let mut touched: Vec<usize> = Vec::new();
-        for i in 0..m {
+        Self::from_rows(m, |i, row| {
             for (j, factor, entry) in reduction.row(matrix, i) {
-                row[j] = row[j].add(Doubled::product(factor, entry));
+                sums[j] = sums[j].add(Doubled::product(factor, entry));
                 touched.push(j);
             }
             touched.sort_unstable();
             touched.dedup();
-            for j in touched.drain(..) {
-                rows.columns.push(j);
-                rows.entries.push(std::mem::take(&mut row[j]));
-            }
-            rows.start.push(rows.columns.len());
-        }
-        rows
-    }
-
-    pub fn size(&self) -> usize {
-        self.start.len() - 1
-    }
-
-    /// Columns and entries of row i.
-    #[inline]
-    pub fn row_slices(&self, i: usize) -> (&[usize], &[Doubled]) {
-        let range = self.start[i]..self.start[i + 1];
-        (&self.columns[range.clone()], &self.entries[range])
-    }
-
-    /// Entries of row i as (column, value).
-    fn row(&self, i: usize) -> impl Iterator<Item = (usize, Doubled)> + '_ {
-        let (columns, entries) = self.row_slices(i);
-        columns.iter().copied().zip(entries.iter().copied())
-    }
-
-    pub fn diagonal(&self, k: usize) -> f64 {
-        self.row(k).filter(|entry| entry.0 == k).map(|(_, value)| value.high).sum()
+            row.extend(touched.drain(..).map(|j| (j, std::mem::take(&mut sums[j]))));
+        })
     }
 
     /// The matrix times a vector, in doubled precision.
-    pub fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
+    pub(crate) fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
         (0..self.size())
             .map(|i| DoubledComplex::dot(self.row(i).map(|(j, value)| (value, vector[j]))))
             .collect()
     }
 
     /// The matrix times a vector, in working precision.
-    pub fn rounded_product<'a>(
+    pub(crate) fn rounded_product<'a>(
         &'a self,
         vector: &'a [Complex64],
     ) -> impl Iterator<Item = Complex64> + 'a {
@@ -105,45 +55,19 @@ impl DoubledRows {
     }
 
     /// `left' |matrix| right`
-    pub fn form_of_sizes(&self, left: &[f64], right: &[f64]) -> f64 {
+    pub(crate) fn form_of_sizes(&self, left: &[f64], right: &[f64]) -> f64 {
         let row = |i: usize| self.row(i).map(|(j, value)| value.high.abs() * right[j]).sum::<f64>();
         left.iter().enumerate().map(|(i, v)| v * row(i)).sum()
     }
 
-    pub fn transposed(&self) -> Self {
-        let mut start = vec![0; self.size() + 1];
-        self.columns.iter().for_each(|&j| start[j + 1] += 1);
-        (0..self.size()).for_each(|j| start[j + 1] += start[j]);
-        let mut place = start.clone();
-        let mut columns = vec![0; self.columns.len()];
-        let mut entries = vec![Doubled::default(); self.entries.len()];
-        for i in 0..self.size() {
-            for (j, value) in self.row(i) {
-                (columns[place[j]], entries[place[j]]) = (i, value);
-                place[j] += 1;
-            }
-        }
-        Self { start, columns, entries }
+    /// All entries, in working precision.
+    pub(crate) fn rounded(&self) -> DMatrix<f64> {
+        self.to_dense().map(|value| value.high)
     }
 
-    pub fn to_dense(&self) -> DMatrix<f64> {
-        let mut dense = DMatrix::zeros(self.size(), self.size());
-        for i in 0..self.size() {
-            self.row(i).for_each(|(j, value)| dense[(i, j)] = value.high);
-        }
-        dense
-    }
-
-    pub fn to_doubled(&self) -> DMatrix<Doubled> {
-        let mut dense = DMatrix::from_element(self.size(), self.size(), Doubled::default());
-        for i in 0..self.size() {
-            self.row(i).for_each(|(j, value)| dense[(i, j)] = value);
-        }
-        dense
-    }
-
-    pub fn frobenius(&self) -> f64 {
-        self.entries.iter().map(|value| value.high * value.high).sum::<f64>().sqrt()
+    pub(crate) fn frobenius(&self) -> f64 {
+        let squares = |i: usize| self.row(i).map(|(_, value)| value.high * value.high);
+        (0..self.size()).flat_map(squares).sum::<f64>().sqrt()
     }
 }
 

@@ -130,8 +130,8 @@ fn all_at_once(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
     let problem = |factor| Problem { pencil, factor, norms: pencil.norms() };
     Ok(match &pencil.damping {
         &PencilDamping::Proportional { alpha, beta } => {
-            let factor = MassFactor::new(pencil.mass.to_dense(), &pencil.combination)?;
-            let stiffness = factor.normalised(&pencil.stiffness.to_dense());
+            let factor = MassFactor::new(pencil.mass.rounded(), &pencil.combination)?;
+            let stiffness = factor.normalised(&pencil.stiffness.rounded());
             proportional_modes(&problem(factor), &stiffness, is_refined, [alpha, beta])
         }
         PencilDamping::General(damping) => {

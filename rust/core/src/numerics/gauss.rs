@@ -58,21 +58,20 @@ fn legendre(x: f64) -> (f64, f64) {
     (p, NODES as f64 * (x * p - before) / (x * x - 1.0))
 }
 
-/// The bound of the error of one panel of width 1, relative to A^2: smallest over rho.
-#[cfg(test)]
-fn bound(reach: f64) -> f64 {
-    (110..4000)
-        .map(|k| {
-            let rho = k as f64 / 100.0;
-            let growth = (0.5 * reach * (rho + 1.0 / rho)).exp();
-            32.0 / 15.0 * growth * rho.powi(-2 * NODES as i32) / (1.0 - rho.powi(-2))
-        })
-        .fold(f64::INFINITY, f64::min)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The bound of the error of one panel of width 1, relative to A^2: smallest over rho.
+    fn bound(reach: f64) -> f64 {
+        (110..4000)
+            .map(|k| {
+                let rho = k as f64 / 100.0;
+                let growth = (0.5 * reach * (rho + 1.0 / rho)).exp();
+                32.0 / 15.0 * growth * rho.powi(-2 * NODES as i32) / (1.0 - rho.powi(-2))
+            })
+            .fold(f64::INFINITY, f64::min)
+    }
 
     fn integral(f: impl Fn(f64) -> f64) -> f64 {
         let rule = gauss_rule();

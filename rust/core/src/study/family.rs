@@ -5,13 +5,14 @@
 use std::sync::Arc;
 
 use crate::error::input::Error;
-use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
+use crate::modes::growth::{ChainMatrices, Verdict, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
 use crate::scene::contact_law::{ContactInput, Directions};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::loads::input::Loads;
 use crate::scene::model::Scene;
-use crate::scene::status::Status;
+use crate::scene::statics::margins::Steady;
+use crate::scene::status::{Combination, Status};
 use crate::study::fields::{Field, Slot};
 
 /// A chain of subsystems with its contacts.
@@ -48,24 +49,32 @@ impl Chain {
         }
     }
 
-    /// How every contact slides as its slider drives it; None where a slider rests.
-    pub(crate) fn sliding_statuses(&self) -> Option<Vec<Status>> {
-        let slides = |law: &ContactInput| law.directions() == Directions::Both;
-        self.contacts
-            .iter()
-            .map(|law| Status::driven_by(law.slider_speed).filter(|_| slides(law)))
-            .collect()
-    }
-
-    /// The verdict on a chain whose contacts all slide, and its normal forces, see [`chain_growth`].
-    pub(crate) fn growth(
+    /// The verdict on a chain whose contacts all slide, in a combination or as their sliders drive them, without its scene; None
+    /// where that has to be asked.
+    pub(crate) fn verdict(
         &self,
-        statuses: &[Status],
+        combination: Option<&Combination>,
         matrices: &mut ChainMatrices,
-    ) -> (Growth, Vec<f64>) {
+    ) -> Option<Verdict> {
+        let driven = |contact: &ContactInput| Status::driven_by(contact.slider_speed);
+        let statuses: Vec<Status> = match combination {
+            Some(combination) => combination.statuses().to_vec(),
+            None => self.contacts.iter().map(driven).collect::<Option<_>>()?,
+        };
+        let slides = |status: &Status| matches!(status, Status::Positive | Status::Negative);
+        let has_both = |contact: &ContactInput| contact.directions() == Directions::Both;
+        let is_sliding = statuses.iter().all(slides) && self.contacts.iter().all(has_both);
+        if !(is_sliding && self.is_well_posed()) {
+            return None;
+        }
         let friction = |part: usize| statuses[part].friction_sign() * self.contacts[part].friction;
-        let (wall, beta) = (self.wall_stiffness, self.damping);
-        chain_growth(&self.subsystems, &self.links, wall, beta, friction, matrices)
+        let Self { subsystems, links, wall_stiffness, damping, .. } = self;
+        let (growth, margins) =
+            chain_growth(subsystems, links, *wall_stiffness, *damping, friction, matrices);
+        let mut contacts = self.contacts.iter().zip(&statuses);
+        let exists = contacts.all(|(contact, &status)| driven(contact) == Some(status))
+            && margins.iter().all(|&normal_force| normal_force >= 0.0);
+        Some(Verdict { growth, steady: Steady { exists, margins } })
     }
 
     /// Whether the numbers that parameters set make a valid scene.
@@ -262,33 +271,40 @@ fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) 
         (Field::Gap, _) => laws(closing, |law| &mut law.gap),
         (Field::NormalForce, _) => laws([Directions::Tangential; 2], |law| &mut law.normal_force),
         (_, None) => {}
-        (field, Some((parts, links, wall, damping))) => match field {
-            Field::UpperMass => each(parts, place, |part| &mut part.upper_mass, change),
-            Field::ContactMass => each(parts, place, |part| &mut part.contact_mass, change),
-            Field::Inclination => each(parts, place, |part| &mut part.inclination, change),
-            Field::VerticalStiffness => {
-                each(parts, place, |part| &mut part.vertical_stiffness, change)
+        (Field::WallStiffness, Some((_, _, wall, _))) if place.is_none() => change(wall),
+        (Field::Damping, Some((_, _, _, damping))) if place.is_none() => change(damping),
+        (field, Some((parts, links, _, _))) => {
+            if let Some(entry) = subsystem_number(field) {
+                each(parts, place, entry, change);
             }
-            Field::HorizontalStiffness => {
-                each(parts, place, |part| &mut part.horizontal_stiffness, change)
+            if let Some(entry) = link_number(field) {
+                each(links, place, entry, change);
             }
-            Field::CeilingStiffness => {
-                each(parts, place, |part| &mut part.ceiling_stiffness, change)
-            }
-            Field::PreloadDisplacement => {
-                each(parts, place, |part| &mut part.preload_displacement, change)
-            }
-            Field::ExternalForce => each(parts, place, |part| &mut part.external_force, change),
-            Field::LinkHorizontalStiffness => {
-                each(links, place, |link| &mut link.horizontal_stiffness, change)
-            }
-            Field::LinkVerticalStiffness => {
-                each(links, place, |link| &mut link.vertical_stiffness, change)
-            }
-            Field::WallStiffness if place.is_none() => change(wall),
-            Field::Damping if place.is_none() => change(damping),
-            _ => {}
-        },
+        }
     }
     found
+}
+
+/// The number of a subsystem that a field stands for.
+fn subsystem_number(field: Field) -> Option<fn(&mut Subsystem) -> &mut f64> {
+    Some(match field {
+        Field::UpperMass => |part| &mut part.upper_mass,
+        Field::ContactMass => |part| &mut part.contact_mass,
+        Field::Inclination => |part| &mut part.inclination,
+        Field::VerticalStiffness => |part| &mut part.vertical_stiffness,
+        Field::HorizontalStiffness => |part| &mut part.horizontal_stiffness,
+        Field::CeilingStiffness => |part| &mut part.ceiling_stiffness,
+        Field::PreloadDisplacement => |part| &mut part.preload_displacement,
+        Field::ExternalForce => |part| &mut part.external_force,
+        _ => return None,
+    })
+}
+
+/// The number of a link that a field stands for.
+fn link_number(field: Field) -> Option<fn(&mut Link) -> &mut f64> {
+    Some(match field {
+        Field::LinkHorizontalStiffness => |link| &mut link.horizontal_stiffness,
+        Field::LinkVerticalStiffness => |link| &mut link.vertical_stiffness,
+        _ => return None,
+    })
 }

@@ -5,105 +5,86 @@ use crate::scene::chain::{Link, Subsystem};
 #[cfg(doc)]
 use crate::scene::contact_law::ContactInput;
 
-/// A number of a scene that a parameter can set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Field {
-    /// [`Subsystem::upper_mass`], kg.
-    UpperMass,
-    /// [`Subsystem::contact_mass`], kg.
-    ContactMass,
-    /// [`Subsystem::inclination`], rad.
-    Inclination,
-    /// [`Subsystem::vertical_stiffness`], N/m.
-    VerticalStiffness,
-    /// [`Subsystem::horizontal_stiffness`], N/m.
-    HorizontalStiffness,
-    /// [`Subsystem::ceiling_stiffness`], N/m.
-    CeilingStiffness,
-    /// [`Subsystem::preload_displacement`], m.
-    PreloadDisplacement,
-    /// [`Subsystem::external_force`], N.
-    ExternalForce,
-    /// [`Link::horizontal_stiffness`], N/m.
-    LinkHorizontalStiffness,
-    /// [`Link::vertical_stiffness`], N/m.
-    LinkVerticalStiffness,
-    /// [`Chain::wall_stiffness`](crate::study::Chain::wall_stiffness), N/m.
-    WallStiffness,
-    /// beta of `C = beta K`.
-    Damping,
-    /// [`ContactInput::friction`], -.
-    Friction,
-    /// [`ContactInput::static_friction`], -.
-    StaticFriction,
-    /// [`ContactInput::slider_speed`], m/s.
-    SliderSpeed,
-    /// [`ContactInput::restitution`], -.
-    Restitution,
-    /// [`ContactInput::gap`], m.
-    Gap,
-    /// [`ContactInput::normal_force`], N.
-    NormalForce,
-    /// Of the normal spring of a compliant contact, N/m.
-    NormalStiffness,
-    /// Of its tangential spring, N/m.
-    TangentialStiffness,
-    /// Of a [`Harmonic`](crate::scene::Harmonic) load along one dof, N.
-    HarmonicAmplitude,
-    /// Of a harmonic load, Hz.
-    HarmonicFrequency,
-    /// Of a harmonic load, rad.
-    HarmonicPhase,
-    /// Of a [`Steps`](crate::scene::Steps) load along one dof, N.
-    StepsAmplitude,
-    /// A time of a switched load, s; places count those of all such loads.
-    StepsTimes,
-    /// A factor of a switched load; places count those of all such loads.
-    StepsValues,
-    /// Of the [`Vibration`](crate::scene::Vibration) of a slider, m/s.
-    VibrationAmplitude,
-    /// Of a vibration, Hz.
-    VibrationFrequency,
-    /// Of a vibration, rad.
-    VibrationPhase,
+/// Defines the fields with their names in Python.
+macro_rules! fields {
+    ($($(#[$doc:meta])* $field:ident = $name:literal,)*) => {
+        /// A number of a scene that a parameter can set.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Field {
+            $($(#[$doc])* $field,)*
+        }
+
+        impl Field {
+            /// The field of that name in Python, None where there is none.
+            pub fn named(name: &str) -> Option<Self> {
+                match name {
+                    $($name => Some(Field::$field),)*
+                    _ => None,
+                }
+            }
+        }
+    };
 }
 
-impl Field {
-    /// The field of that name in Python, None where there is none.
-    pub fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "upper_mass" => Field::UpperMass,
-            "contact_mass" => Field::ContactMass,
-            "inclination" => Field::Inclination,
-            "vertical_stiffness" => Field::VerticalStiffness,
-            "horizontal_stiffness" => Field::HorizontalStiffness,
-            "ceiling_stiffness" => Field::CeilingStiffness,
-            "preload_displacement" => Field::PreloadDisplacement,
-            "external_force" => Field::ExternalForce,
-            "link_horizontal_stiffness" => Field::LinkHorizontalStiffness,
-            "link_vertical_stiffness" => Field::LinkVerticalStiffness,
-            "wall_stiffness" => Field::WallStiffness,
-            "damping" => Field::Damping,
-            "friction" => Field::Friction,
-            "static_friction" => Field::StaticFriction,
-            "slider_speed" => Field::SliderSpeed,
-            "restitution" => Field::Restitution,
-            "gap" => Field::Gap,
-            "normal_force" => Field::NormalForce,
-            "harmonic_amplitude" => Field::HarmonicAmplitude,
-            "harmonic_frequency" => Field::HarmonicFrequency,
-            "harmonic_phase" => Field::HarmonicPhase,
-            "steps_amplitude" => Field::StepsAmplitude,
-            "steps_times" => Field::StepsTimes,
-            "steps_values" => Field::StepsValues,
-            "normal_stiffness" => Field::NormalStiffness,
-            "tangential_stiffness" => Field::TangentialStiffness,
-            "vibration_amplitude" => Field::VibrationAmplitude,
-            "vibration_frequency" => Field::VibrationFrequency,
-            "vibration_phase" => Field::VibrationPhase,
-            _ => return None,
-        })
-    }
+fields! {
+    /// [`Subsystem::upper_mass`], kg.
+    UpperMass = "upper_mass",
+    /// [`Subsystem::contact_mass`], kg.
+    ContactMass = "contact_mass",
+    /// [`Subsystem::inclination`], rad.
+    Inclination = "inclination",
+    /// [`Subsystem::vertical_stiffness`], N/m.
+    VerticalStiffness = "vertical_stiffness",
+    /// [`Subsystem::horizontal_stiffness`], N/m.
+    HorizontalStiffness = "horizontal_stiffness",
+    /// [`Subsystem::ceiling_stiffness`], N/m.
+    CeilingStiffness = "ceiling_stiffness",
+    /// [`Subsystem::preload_displacement`], m.
+    PreloadDisplacement = "preload_displacement",
+    /// [`Subsystem::external_force`], N.
+    ExternalForce = "external_force",
+    /// [`Link::horizontal_stiffness`], N/m.
+    LinkHorizontalStiffness = "link_horizontal_stiffness",
+    /// [`Link::vertical_stiffness`], N/m.
+    LinkVerticalStiffness = "link_vertical_stiffness",
+    /// [`Chain::wall_stiffness`](crate::study::Chain::wall_stiffness), N/m.
+    WallStiffness = "wall_stiffness",
+    /// beta of `C = beta K`.
+    Damping = "damping",
+    /// [`ContactInput::friction`], -.
+    Friction = "friction",
+    /// [`ContactInput::static_friction`], -.
+    StaticFriction = "static_friction",
+    /// [`ContactInput::slider_speed`], m/s.
+    SliderSpeed = "slider_speed",
+    /// [`ContactInput::restitution`], -.
+    Restitution = "restitution",
+    /// [`ContactInput::gap`], m.
+    Gap = "gap",
+    /// [`ContactInput::normal_force`], N.
+    NormalForce = "normal_force",
+    /// Of the normal spring of a compliant contact, N/m.
+    NormalStiffness = "normal_stiffness",
+    /// Of its tangential spring, N/m.
+    TangentialStiffness = "tangential_stiffness",
+    /// Of a [`Harmonic`](crate::scene::Harmonic) load along one dof, N.
+    HarmonicAmplitude = "harmonic_amplitude",
+    /// Of a harmonic load, Hz.
+    HarmonicFrequency = "harmonic_frequency",
+    /// Of a harmonic load, rad.
+    HarmonicPhase = "harmonic_phase",
+    /// Of a [`Steps`](crate::scene::Steps) load along one dof, N.
+    StepsAmplitude = "steps_amplitude",
+    /// A time of a switched load, s; places count those of all such loads.
+    StepsTimes = "steps_times",
+    /// A factor of a switched load; places count those of all such loads.
+    StepsValues = "steps_values",
+    /// Of the [`Vibration`](crate::scene::Vibration) of a slider, m/s.
+    VibrationAmplitude = "vibration_amplitude",
+    /// Of a vibration, Hz.
+    VibrationFrequency = "vibration_frequency",
+    /// Of a vibration, rad.
+    VibrationPhase = "vibration_phase",
 }
 
 /// A field at one place (subsystem, link or contact), or at all of them.

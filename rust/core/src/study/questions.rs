@@ -12,14 +12,13 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::contact::contact_forces::contact_forces_in;
 use crate::error::cancel::Cancel;
-use crate::error::input::Error;
 use crate::error::run::RunFailure;
 use crate::linalg::parallel::in_parallel;
 use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::Modes;
-use crate::modes::growth::{ChainMatrices, Growth};
+use crate::modes::growth::{ChainMatrices, Growth, Verdict};
 use crate::motion::propagators::Propagators;
 use crate::scene::contact_law::Contact;
 use crate::scene::model::{Scene, State};
@@ -95,20 +94,29 @@ impl Samples<'_> {
 }
 
 /// Data that a thread reuses from sample to sample.
-struct Workspace {
+#[derive(Default)]
+pub(crate) struct Workspace {
     template: Option<Template>,
     matrices: ChainMatrices,
 }
 
+impl Workspace {
+    /// The template of a family with the numbers of sample k, and the matrices of chains.
+    pub fn filled(
+        &mut self,
+        family: &Family,
+        rows: &[f64],
+        k: usize,
+    ) -> (&Template, &mut ChainMatrices) {
+        let template = self.template.get_or_insert_with(|| family.template());
+        let width = family.width();
+        family.fill(template, &rows[k * width..(k + 1) * width]);
+        (template, &mut self.matrices)
+    }
+}
+
 /// The answers to all samples, in their order, on all threads of the pool in use; `cancel` cuts it short.
 pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) -> Vec<Answer> {
-    let workspace = || Workspace {
-        template: match samples {
-            Samples::Family(family, _) => Some(family.template()),
-            Samples::Scenes(_) => None,
-        },
-        matrices: ChainMatrices::default(),
-    };
     // A verdict takes microseconds, a motion milliseconds: one of them outweighs handing the work over.
     let least = if questions.motion.is_some() || questions.hopf.is_some() { 1 } else { 64 };
     let one = |workspace: &mut Workspace, k: usize| {
@@ -118,9 +126,7 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) ->
         }
         let asked = RunFailure::guarded(|| match samples {
             Samples::Family(family, rows) => {
-                let width = family.width();
-                let row = &rows[k * width..(k + 1) * width];
-                ask_family(family, row, questions, cancel, workspace, &mut answer);
+                ask_family(workspace.filled(family, rows, k), questions, cancel, &mut answer);
             }
             Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
         });
@@ -130,7 +136,7 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) ->
         answer
     };
     let numbers = (0..samples.len()).into_par_iter().with_min_len(least);
-    in_parallel(|| numbers.map_init(workspace, one).collect())
+    in_parallel(|| numbers.map_init(Workspace::default, one).collect())
 }
 
 /// A pool of `threads` threads, to install [`answers`] in.
@@ -146,34 +152,21 @@ impl Answer {
 }
 
 fn ask_family(
-    family: &Family,
-    row: &[f64],
+    (template, matrices): (&Template, &mut ChainMatrices),
     questions: &Questions,
     cancel: &Cancel,
-    workspace: &mut Workspace,
     answer: &mut Answer,
 ) {
-    let template = workspace.template.get_or_insert_with(|| family.template());
-    family.fill(template, row);
-    if let Template::Chain(chain) = &*template
-        && questions.growth
+    // Where a contact would pull, or an eigenvalue is not found, the scene says so.
+    if questions.growth
         && questions.combination.is_none()
-        && chain.is_well_posed()
-        && let Some(statuses) = chain.sliding_statuses()
+        && let Template::Chain(chain) = template
+        && let Some(Verdict { growth, steady }) = chain.verdict(None, matrices)
+        && !growth.eigenvalue.re.is_nan()
+        && !steady.margins.iter().any(|&normal_force| normal_force < 0.0)
     {
-        let (growth, normal_forces) = chain.growth(&statuses, &mut workspace.matrices);
-        if growth.eigenvalue.re.is_nan() {
-            let combination = Combination::new(statuses);
-            answer.fail(Error::Eigenvalues {
-                combination: combination.to_string(),
-                residual: f64::NAN,
-            });
-        } else if !normal_forces.iter().any(|&normal_force| normal_force < 0.0) {
-            answer.growth = Some(growth);
-        }
-        // Where a contact would pull, the scene says so.
-        let answered = answer.growth.is_some() || answer.failure.is_some();
-        if answered && !questions.needs_scene() {
+        answer.growth = Some(growth);
+        if !questions.needs_scene() {
             return;
         }
     }
@@ -191,7 +184,7 @@ impl Questions {
 }
 
 fn ask(scene: &Arc<Scene>, questions: &Questions, cancel: &Cancel, answer: &mut Answer) {
-    let wanted = questions.growth && answer.growth.is_none() && answer.failure.is_none();
+    let wanted = questions.growth && answer.growth.is_none();
     if wanted || questions.eigenvalues {
         match questions.combination.clone().map_or_else(|| scene.steady_sliding(), Ok) {
             Ok(combination) => spectrum(scene, &combination, wanted, questions.eigenvalues, answer),

@@ -7,15 +7,12 @@
 //! The others are continued from both ends of the interval, which is halved until the continuation is as safe as on the
 //! mesh of all modes.
 
-use std::ops::Range;
-
-use rayon::prelude::*;
-
 use crate::error::input::Error;
-use crate::linalg::parallel::in_parallel;
-use crate::locus::branches;
-use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
-use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};
+use crate::locus::branches::{self, Link, Mesh, NOWHERE};
+use crate::locus::critical::point::{CriticalPoint, RESOLUTION};
+use crate::locus::critical::roots::{
+    axis_crossings, growth_sign, initial_values, real_part, uncertainty,
+};
 use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 
@@ -38,62 +35,48 @@ pub struct HopfSearch {
 
 /// All Hopf points of a path, as `critical_points` finds them among all others.
 pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
-    let node = |value| Node::new(path, value);
-    let nodes: Vec<Node> = in_parallel(|| {
-        initial_values(&path, INTERVALS).into_par_iter().map(node).collect::<Result<_, _>>()
-    })?;
-    let (lower, upper) = path.range();
-    let part = |pair: &[Node]| {
-        let mut part = Track::default();
-        part.refine(path, &pair[0], &pair[1], upper - lower)?;
-        Ok(part)
-    };
-    let parts: Vec<Track> =
-        in_parallel(|| nodes.par_windows(2).map(part).collect::<Result<_, Error>>())?;
-    let mut track = Track::default();
-    let mut initial = nodes.into_iter();
-    track.nodes.extend(initial.next());
-    for (part, node) in parts.into_iter().zip(initial) {
-        track.append(part, node);
-    }
-    let crossings = track.crossings(0..track.links.len());
-    let point = |(ends, mode, sign)| axis_crossing(path, ends, mode, sign);
-    let points: Vec<Option<CriticalPoint>> =
-        in_parallel(|| crossings.into_par_iter().map(point).collect::<Result<_, _>>())?;
-    let mut points: Vec<CriticalPoint> = points.into_iter().flatten().collect();
-    points.sort_by(|p, q| p.value.total_cmp(&q.value));
-    let followed = track.links.iter().map(Vec::len).sum();
-    Ok(HopfSearch { points, nodes: track.nodes.len(), followed })
+    let values = initial_values(&path, INTERVALS);
+    let mesh = Mesh::joined(path, &values, &|ends, _, divisible| joined(path, ends, divisible))?;
+    let points = axis_crossings(path, &mesh, 0..mesh.links.len())?;
+    let followed = (0..mesh.links.len()).map(|k| mesh.continued(k).len()).sum();
+    Ok(HopfSearch { points, nodes: mesh.nodes.len(), followed })
 }
 
-/// The first Hopf point from the lower end on that is `wanted`; beyond, nothing is computed. On one thread.
+/// The first Hopf point from the lower end on that is `wanted`; beyond, nothing is computed.
 pub fn first_hopf_point(
     path: WatchedPath<'_>,
     mut wanted: impl FnMut(&CriticalPoint) -> bool,
 ) -> Result<Option<CriticalPoint>, Error> {
-    let (lower, upper) = path.range();
-    let values = initial_values(&path, INTERVALS);
-    let mut track = Track { nodes: vec![Node::new(path, values[0])?], links: Vec::new() };
+    let upper = path.range().1;
+    let mut mesh = Mesh::default();
     let mut examined = 0;
-    for &value in &values[1..] {
+    for value in initial_values(&path, INTERVALS) {
         let node = Node::new(path, value)?;
-        let mut part = Track::default();
-        part.refine(path, &track.nodes[track.links.len()], &node, upper - lower)?;
-        track.append(part, node);
+        let part = match mesh.nodes.last() {
+            Some(last) => Mesh::between(path, [last, &node], &|ends, _, divisible| {
+                joined(path, ends, divisible)
+            })?,
+            None => Mesh::default(),
+        };
+        mesh.append(part, node);
         // Of a mode on the axis at the last node the next interval tells whether it crosses.
-        let open = value < upper && track.ends_on_axis();
-        let ready = track.links.len() - usize::from(open);
-        let mut points = Vec::new();
-        for (ends, mode, sign) in track.crossings(examined..ready) {
-            points.extend(axis_crossing(path, ends, mode, sign)?);
+        let mut ready = mesh.links.len();
+        while value < upper && ready > examined && ends_on_axis(&mesh, ready - 1) {
+            ready -= 1;
         }
+        let points = axis_crossings(path, &mesh, examined..ready)?;
         examined = ready;
-        points.sort_by(|p, q| p.value.total_cmp(&q.value));
         if let Some(first) = points.into_iter().find(&mut wanted) {
             return Ok(Some(first));
         }
     }
     Ok(None)
+}
+
+/// Whether a mode that is continued along an interval lies on the axis at its end.
+fn ends_on_axis(mesh: &Mesh, interval: usize) -> bool {
+    let end = &mesh.nodes[interval + 1];
+    mesh.continued(interval).iter().any(|&(_, mode)| growth_sign(end, mode) == 0.0)
 }
 
 /// Modes of a node that may reach the axis within `width` of it.
@@ -126,97 +109,38 @@ fn within_reach(node: &Node, width: f64) -> Vec<usize> {
     (0..modes.len()).filter(|&r| reaches[r]).collect()
 }
 
-/// Nodes in ascending order, and for each interval the modes within reach of the axis: (at its start, at its end).
-#[derive(Debug, Default)]
-struct Track {
-    nodes: Vec<Node>,
-    links: Vec<Vec<(usize, usize)>>,
+/// The link of the modes within reach of the axis at either end; None if the interval has to be divided first.
+fn joined(path: WatchedPath<'_>, [from, to]: [&Node; 2], divisible: bool) -> Option<Link> {
+    let (lower, upper) = path.range();
+    let (span, width) = (upper - lower, to.value - from.value);
+    let next = continued(from, to);
+    let settled = next.as_ref().is_some_and(|next| {
+        let mut continued = next.iter().enumerate().filter(|(_, s)| **s != NOWHERE);
+        width <= RESOLUTION * span
+            || continued.all(|(r, &s)| real_part(from, to, r, s).is_settled())
+    });
+    if !settled && divisible && width > branches::RESOLUTION * span {
+        return None;
+    }
+    // Where branches meet the axis is not crossed but left.
+    Some(match next {
+        Some(next) => Link { next: from.members_of(to, &next), meeting: false },
+        None => Link { next: from.apart(), meeting: true },
+    })
 }
 
 /// The continuation of all modes within reach at either end, if it is safe.
-fn link(from: &Node, to: &Node) -> Option<Vec<(usize, usize)>> {
+fn continued(from: &Node, to: &Node) -> Option<Vec<usize>> {
     let width = to.value - from.value;
     let safely = |here: &Node, rows: &[usize], there: &Node| -> Option<Vec<usize>> {
         let (next, correlations) = here.continued_modes(rows, there);
         next.filter(|next| here.keeps_distances(rows, there, next, &correlations))
     };
+    let mut next = vec![NOWHERE; from.modes.len()];
     let rows = within_reach(from, width);
-    let mut pairs: Vec<(usize, usize)> =
-        rows.iter().copied().zip(safely(from, &rows, to)?).collect();
+    rows.iter().zip(safely(from, &rows, to)?).for_each(|(&r, s)| next[r] = s);
     let mut others = within_reach(to, width);
-    others.retain(|s| pairs.iter().all(|pair| pair.1 != *s));
-    pairs.extend(safely(to, &others, from)?.into_iter().zip(others));
-    Some(pairs)
-}
-
-impl Track {
-    fn refine(
-        &mut self,
-        path: WatchedPath<'_>,
-        from: &Node,
-        to: &Node,
-        span: f64,
-    ) -> Result<(), Error> {
-        let width = to.value - from.value;
-        let pairs = link(from, to);
-        let settled = pairs.as_ref().is_some_and(|pairs| {
-            width <= RESOLUTION * span
-                || pairs.iter().all(|&(r, s)| real_part(from, to, r, s).is_settled())
-        });
-        if !settled
-            && width > branches::RESOLUTION * span
-            && let Some(node) = Node::between(path, from, to)?
-        {
-            self.refine(path, from, &node, span)?;
-            let place = self.nodes.len();
-            self.nodes.push(Node::default());
-            let refined = self.refine(path, &node, to, span);
-            self.nodes[place] = node;
-            return refined;
-        }
-        // Where branches meet the axis is not crossed but left.
-        self.links.push(pairs.unwrap_or_default());
-        Ok(())
-    }
-
-    /// Adds what refines the interval up to `node`.
-    fn append(&mut self, part: Track, node: Node) {
-        self.nodes.extend(part.nodes);
-        self.links.extend(part.links);
-        self.nodes.push(node);
-    }
-
-    /// The sign of the real part of a mode of a node.
-    fn sign(&self, node: usize, mode: usize) -> f64 {
-        let node = &self.nodes[node];
-        significant_sign(node.modes[mode].eigenvalue.re, uncertainty(node, mode))
-    }
-
-    /// Whether a mode within reach lies on the axis at the last node.
-    fn ends_on_axis(&self) -> bool {
-        let last = self.links.len();
-        self.links.last().is_some_and(|link| link.iter().any(|pair| self.sign(last, pair.1) == 0.0))
-    }
-
-    /// The crossings in some intervals: ends of a bracket, the mode at the first end and the sign of its real part there.
-    fn crossings(&self, intervals: Range<usize>) -> Vec<([&Node; 2], usize, f64)> {
-        let mut crossings = Vec::new();
-        for k in intervals {
-            for &(r, s) in &self.links[k] {
-                let before = self.sign(k, r);
-                let (mut end, mut after) = (k + 1, self.sign(k + 1, s));
-                if after == 0.0
-                    && let Some(next) = self.links.get(k + 1)
-                    && let Some(&(_, beyond)) = next.iter().find(|pair| pair.0 == s)
-                {
-                    // On the axis at a node.
-                    (end, after) = (k + 2, self.sign(k + 2, beyond));
-                }
-                if before * after < 0.0 {
-                    crossings.push(([&self.nodes[k], &self.nodes[end]], r, before));
-                }
-            }
-        }
-        crossings
-    }
+    others.retain(|s| !next.contains(s));
+    safely(to, &others, from)?.into_iter().zip(others).for_each(|(r, s)| next[r] = s);
+    Some(next)
 }

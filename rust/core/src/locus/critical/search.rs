@@ -11,24 +11,17 @@ use crate::linalg::dense::determinant_sign;
 use crate::locus::branches::Mesh;
 use crate::locus::critical::exceptional_point::ImplicitDeterminant;
 use crate::locus::critical::lock_ins::lock_ins;
-use crate::locus::critical::point::{
-    CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
+use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
+use crate::locus::critical::roots::{
+    axis_crossings, initial_values, is_brief, real_part, root, uncertainty,
 };
 use crate::locus::critical::separation::separations;
-use crate::locus::node::{Member, Node};
-use crate::locus::parameter_path::Path;
+use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 use crate::numerics::bracket::Bracket;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.
 const INTERVALS: usize = 64;
-/// Ulp, times condition times modulus, below which a real part has no sign. Verdicts ask [`Mode::rounding`] instead, which
-/// takes products of all matrices for every mode; a search brackets roots, and a sign left open here only moves the end
-/// of a bracket to the next node.
-///
-/// [`Mode::rounding`]: crate::modes::mode::Mode::rounding
-const NEUTRAL: f64 = 64.0 * f64::EPSILON;
-
 /// Critical points, ascending in the parameter, and how much work their search took.
 #[derive(Debug)]
 pub struct CriticalSearch {
@@ -51,20 +44,14 @@ pub fn critical_points(path: WatchedPath<'_>, imaginary: f64) -> Result<Critical
     let mesh = Mesh::new(path, &values, &demand)?;
     let search = Search { path, mesh, span };
     let mut points = search.divergences();
-    points.extend(search.axis_crossings()?);
+    let every = 0..search.mesh.links.len();
+    points.extend(axis_crossings(path, &search.mesh, every)?);
     let (lock_ins, starts) = lock_ins(path, &search.mesh, imaginary, &points)?;
     points.extend(search.leader_crossings(&lock_ins)?);
     points.extend(lock_ins);
     points.extend(separations(&path, &values));
     points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
     Ok(CriticalSearch { points, nodes: search.mesh.nodes.len(), starts })
-}
-
-/// Ends of so many equal intervals of the whole range.
-pub(crate) fn initial_values(path: &Path, intervals: usize) -> Vec<f64> {
-    let (lower, upper) = path.range();
-    let value = |k: usize| lower + (upper - lower) * (k as f64 / intervals as f64);
-    (0..intervals).map(value).chain([upper]).collect()
 }
 
 /// For every mode of `a` the mode of `b` that continues it, from the continuation of members.
@@ -78,23 +65,10 @@ fn successors(a: &Node, b: &Node, next: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-pub(crate) fn uncertainty(node: &Node, mode: usize) -> f64 {
-    NEUTRAL * node.modes[mode].condition * node.modes[mode].eigenvalue.norm()
-}
-
 /// Index of the mode with the largest real part.
 fn leader(node: &Node) -> usize {
     let real = |mode: usize| node.modes[mode].eigenvalue.re;
     (0..node.modes.len()).fold(0, |best, mode| if real(mode) > real(best) { mode } else { best })
-}
-
-pub(crate) fn real_part(a: &Node, b: &Node, mode: usize, next: usize) -> Stretch {
-    let width = b.value - a.value;
-    Stretch {
-        value: [a.modes[mode].eigenvalue.re, b.modes[next].eigenvalue.re],
-        rise: [a.slopes[mode].re * width, b.slopes[next].re * width],
-        uncertainty: [uncertainty(a, mode), uncertainty(b, next)],
-    }
 }
 
 /// Whether the roots of all real parts, and of their differences to the largest one, are known from the two ends.
@@ -109,75 +83,6 @@ fn real_parts_settled(a: &Node, b: &Node, next: &[usize]) -> bool {
         })
 }
 
-/// The node at p with the modes that continue some modes of `from`.
-fn followed(
-    path: WatchedPath<'_>,
-    from: &Node,
-    modes: &[usize],
-    p: f64,
-) -> Result<(Node, Vec<usize>), Error> {
-    let node = Node::new(path, p)?;
-    let nearest = |mode: usize| {
-        let predicted = from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
-        let distance = |k: usize| (node.modes[k].eigenvalue - predicted).norm();
-        (0..node.modes.len()).fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
-    };
-    let next = match from.continued_modes(modes, &node).0 {
-        Some(next) => next,
-        None => modes.iter().map(|&mode| nearest(mode)).collect(),
-    };
-    Ok((node, next))
-}
-
-/// The root of `f(node, modes continued) = (value, slope)` between two nodes for some modes of `from`, by Newton's
-/// method kept inside its bracket; `sign` is that of f at `from`.
-pub(crate) fn root(
-    path: WatchedPath<'_>,
-    [from, to]: [&Node; 2],
-    modes: &[usize],
-    sign: f64,
-    f: impl Fn(&Node, &[usize]) -> (f64, f64),
-) -> Result<(Node, Vec<usize>), Error> {
-    let (lower, upper) = path.range();
-    let mut bracket = Bracket { low: from.value, high: to.value };
-    let mut p = bracket.middle();
-    loop {
-        let (node, next) = followed(path, from, modes, p)?;
-        let (value, slope) = f(&node, &next);
-        let step = -value / slope;
-        let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * (upper - lower));
-        let proposed = bracket.narrowed(p, value * sign > 0.0, p + step);
-        let found =
-            value == 0.0 || step.abs() <= resolution || bracket.high - bracket.low <= resolution;
-        match proposed {
-            Some(proposed) if !found => p = proposed,
-            _ => return Ok((node, next)),
-        }
-    }
-}
-
-/// Where a mode of the first node passes the axis before the second, at which its sign is another one; None where it
-/// is real: those pass zero where the stiffness is singular.
-pub(crate) fn axis_crossing(
-    path: WatchedPath<'_>,
-    ends: [&Node; 2],
-    mode: usize,
-    sign: f64,
-) -> Result<Option<CriticalPoint>, Error> {
-    let (root, next) = root(path, ends, &[mode], sign, |node, next| {
-        (node.modes[next[0]].eigenvalue.re, node.slopes[next[0]].re)
-    })?;
-    let eigenvalue = root.modes[next[0]].eigenvalue;
-    Ok((eigenvalue.im != 0.0).then(|| CriticalPoint {
-        kind: CriticalKind::Hopf,
-        value: root.value,
-        complex_value: root.value.into(),
-        eigenvalue,
-        other: Complex64::new(f64::NAN, f64::NAN),
-        slope: root.slopes[next[0]].re,
-    }))
-}
-
 struct Search<'a> {
     path: WatchedPath<'a>,
     mesh: Mesh,
@@ -185,45 +90,13 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Where a complex branch changes the sign of its real part.
-    fn axis_crossings(&self) -> Result<Vec<CriticalPoint>, Error> {
-        let carriers = self.mesh.carriers();
-        let nodes = &self.mesh.nodes;
-        let members: Vec<Vec<Member>> = nodes.iter().map(Node::members).collect();
-        let mut points: Vec<CriticalPoint> = Vec::new();
-        for branch in 0..carriers.first().map_or(0, Vec::len) {
-            // The last node at which this branch had a sign.
-            let mut last: Option<(usize, f64)> = None;
-            for (k, node) in nodes.iter().enumerate() {
-                let member = members[k][carriers[k][branch]];
-                let value = node.eigenvalue(member);
-                let sign = significant_sign(value.re, uncertainty(node, member.mode));
-                if sign == 0.0 {
-                    continue;
-                }
-                if let Some((start, before)) = last
-                    && before != sign
-                    && value.im >= 0.0
-                    // Longer without a sign, or across a meeting: the axis is not crossed but left.
-                    && k - start <= 2
-                    && self.mesh.links[start..k].iter().all(|link| !link.meeting)
-                {
-                    let mode = members[start][carriers[start][branch]].mode;
-                    points.extend(axis_crossing(self.path, [&nodes[start], node], mode, before)?);
-                }
-                last = Some((k, sign));
-            }
-        }
-        Ok(points)
-    }
-
     /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
     /// `det P(lambda)` has the sign of its leading matrix for large lambda: an odd number of positive eigenvalues makes it
     /// change.
     fn divergences(&self) -> Vec<CriticalPoint> {
         let sign = |p: f64| {
             let pencil = self.path.pencil(p);
-            determinant_sign(pencil.leading()) * determinant_sign(pencil.stiffness.to_dense())
+            determinant_sign(pencil.leading()) * determinant_sign(pencil.stiffness.rounded())
         };
         let mut points = Vec::new();
         let mut last: Option<(usize, f64)> = None;
@@ -305,7 +178,7 @@ impl Search<'_> {
             let (true, Some(branch)) = (undisputed, branch) else { continue };
             if let Some((start, before)) = last
                 && before != branch
-                && k - start <= 2
+                && is_brief(self.path, &nodes[start + 1..k])
                 && self.mesh.links[start..k].iter().all(|link| !link.meeting)
             {
                 let there = nodes[start].members();
@@ -344,7 +217,8 @@ impl Search<'_> {
         if let Some(third) = third
             && ![old, new].contains(&third)
             && lead > uncertainty(&root, top) + uncertainty(&root, next[new])
-            // Either part is shorter than the whole, so that the division ends.
+            // On an interval of the mesh the real parts of `old` and of `new` cross every other one at most once, so each
+            // division adds a mode to those that lead in turn. Whatever rounding does, either part is shorter than the whole.
             && (from.value < root.value && root.value < to.value)
         {
             self.leader_crossings_between([from, &root], old, third, points)?;

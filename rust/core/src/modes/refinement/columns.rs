@@ -235,7 +235,7 @@ impl Kernel for DoubledProduct<'_> {
     fn run<S: Lanes>(self, simd: S) -> Vec<(Slice, Slice)> {
         let mut product = Vec::with_capacity(self.matrix.size());
         for i in 0..self.matrix.size() {
-            let (columns, entries) = self.matrix.row_slices(i);
+            let (columns, entries) = self.matrix.entries_of(i);
             let (mut sums, mut rests): (Sums, Sums) = ([ZEROS; 2], [ZEROS; 2]);
             for (&k, value) in columns.iter().zip(entries) {
                 let (high, low) = (simd.splat_f64s(value.high), simd.splat_f64s(value.low));
@@ -260,7 +260,7 @@ impl Kernel for DoubledProduct<'_> {
 
 impl DoubledRows {
     /// The matrix times each vector, in doubled precision.
-    pub fn products(&self, columns: &Columns) -> Vec<Vec<DoubledComplex>> {
+    pub(crate) fn products(&self, columns: &Columns) -> Vec<Vec<DoubledComplex>> {
         let blocks: Vec<&[Slice]> = (0..columns.blocks()).map(|b| columns.block(b)).collect();
         let product = |block| VectorUnit::default().run(DoubledProduct { matrix: self, block });
         let blocks = each(self.size(), blocks, product);

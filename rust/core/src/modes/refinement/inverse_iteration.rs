@@ -26,9 +26,9 @@ pub(crate) struct InverseIteration<'a> {
 
 impl<'a> InverseIteration<'a> {
     pub fn new(pencil: &'a Pencil) -> Self {
-        let (mass, stiffness) = (pencil.mass.to_dense(), pencil.stiffness.to_dense());
+        let (mass, stiffness) = (pencil.mass.rounded(), pencil.stiffness.rounded());
         let damping = match &pencil.damping {
-            PencilDamping::General(rows) => rows.to_dense(),
+            PencilDamping::General(rows) => rows.rounded(),
             PencilDamping::Proportional { alpha, beta } => &mass * *alpha + &stiffness * *beta,
         };
         Self { pencil, mass, damping, stiffness, norms: pencil.norms() }

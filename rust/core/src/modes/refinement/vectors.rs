@@ -14,72 +14,82 @@ use num_complex::Complex64;
 
 use crate::linalg::eigenpair::{norm, turned};
 use crate::modes::refinement::columns::{Columns, Factors};
+use crate::modes::solvers::problem::{Solved, WELL_CONDITIONED};
 
 /// Corrections larger than this, relative to the vector, are no refinement: the pair is nearly defective.
 const LARGEST: f64 = 1e-4;
 
-/// Eigenvalues, one of each conjugate pair, with vectors and their residuals; all columns of equal length.
-pub(crate) struct Eigenvectors<'a> {
-    pub values: &'a [Complex64],
-    pub scales: &'a [Complex64],
-    pub right: &'a [Vec<Complex64>],
-    pub left: &'a [Vec<Complex64>],
+/// What the refinement of a mode needs beside its value and its vectors.
+pub(crate) struct Residuals {
+    /// `y' P'(value) x`
+    pub scale: Complex64,
+    /// `P(value) x`
+    pub right: Vec<Complex64>,
+    /// `y' P(value)`
+    pub left: Vec<Complex64>,
 }
 
-impl Eigenvectors<'_> {
-    /// Right vectors with the residuals `P(value_j) x_j` taken out. `direction` is the sign of the derivative of P
-    /// by the value in front of the mass: -1 for `K - value M`, +1 for `P(value) = value^2 M + ..`.
-    pub fn refined_right(
-        &self,
-        residuals: &[Vec<Complex64>],
-        direction: f64,
-    ) -> Vec<Vec<Complex64>> {
-        self.refined(self.right, self.left, residuals, direction)
+/// Modes, one of each conjugate pair, with the residuals taken out of both their vectors; a value too ill-conditioned to be
+/// corrected belongs to its vectors as they were solved, and keeps them. `direction` is the sign of the derivative of P by the
+/// value in front of the mass: -1 for `K - value M`, +1 for `P(value) = value^2 M + ..`.
+pub(crate) fn refined(
+    mut modes: Vec<Solved>,
+    residuals: &[Residuals],
+    direction: f64,
+) -> Vec<Solved> {
+    let right =
+        refined_side(&modes, residuals, direction, [|mode| &mode.right, |mode| &mode.left], |r| {
+            &r.right
+        });
+    let left =
+        refined_side(&modes, residuals, direction, [|mode| &mode.left, |mode| &mode.right], |r| {
+            &r.left
+        });
+    for (mode, vectors) in modes.iter_mut().zip(right.into_iter().zip(left)) {
+        if mode.condition <= WELL_CONDITIONED {
+            (mode.right, mode.left) = vectors;
+        }
     }
+    modes
+}
 
-    /// Left vectors with the residuals `y_j' P(value_j)` taken out.
-    pub fn refined_left(
-        &self,
-        residuals: &[Vec<Complex64>],
-        direction: f64,
-    ) -> Vec<Vec<Complex64>> {
-        self.refined(self.left, self.right, residuals, direction)
-    }
+type Vector<T> = fn(&T) -> &Vec<Complex64>;
 
-    fn refined(
-        &self,
-        vectors: &[Vec<Complex64>],
-        duals: &[Vec<Complex64>],
-        residuals: &[Vec<Complex64>],
-        direction: f64,
-    ) -> Vec<Vec<Complex64>> {
-        let count = vectors.len();
-        let is_pair = |i: usize| self.values[i].im != 0.0;
-        let packed = |vectors: &[Vec<Complex64>]| {
-            let places = vectors.iter().enumerate().map(|(i, vector)| (&vector[..], is_pair(i)));
-            Columns::new(vectors.first().map_or(0, Vec::len), places)
-        };
-        let components = packed(duals).products(&packed(residuals));
-        let sizes: Vec<f64> = vectors.iter().map(|vector| norm(vector)).collect();
-        let mut columns = packed(vectors);
-        let mut factors = Factors::zeros(&columns);
-        for j in 0..count {
-            for i in 0..count {
-                for conjugate in [false, true] {
-                    if i == j && !conjugate || conjugate && !is_pair(i) {
-                        continue;
-                    }
-                    let distance = (turned(self.values[i], conjugate) - self.values[j])
-                        * turned(self.scales[i], conjugate);
-                    let factor = direction * components.get(i, conjugate, j) / distance;
-                    // Also refuses NaN, of equal values.
-                    if factor.norm() * sizes[i] <= LARGEST * sizes[j] {
-                        factors.add(i, conjugate, j, factor);
-                    }
+/// Refined vectors of one side, from those of the other side and the residuals of this one.
+fn refined_side(
+    modes: &[Solved],
+    residuals: &[Residuals],
+    direction: f64,
+    [own, dual]: [Vector<Solved>; 2],
+    residual: Vector<Residuals>,
+) -> Vec<Vec<Complex64>> {
+    let count = modes.len();
+    let is_pair = |i: usize| modes[i].value.im != 0.0;
+    let rows = modes.first().map_or(0, |mode| own(mode).len());
+    let packed = |side: Vector<Solved>| {
+        Columns::new(rows, modes.iter().map(|mode| (&side(mode)[..], mode.value.im != 0.0)))
+    };
+    let taken = residuals.iter().enumerate().map(|(j, one)| (&residual(one)[..], is_pair(j)));
+    let components = packed(dual).products(&Columns::new(rows, taken));
+    let sizes: Vec<f64> = modes.iter().map(|mode| norm(own(mode))).collect();
+    let mut columns = packed(own);
+    let mut factors = Factors::zeros(&columns);
+    for j in 0..count {
+        for i in 0..count {
+            for conjugate in [false, true] {
+                if i == j && !conjugate || conjugate && !is_pair(i) {
+                    continue;
+                }
+                let distance = (turned(modes[i].value, conjugate) - modes[j].value)
+                    * turned(residuals[i].scale, conjugate);
+                let factor = direction * components.get(i, conjugate, j) / distance;
+                // Also refuses NaN, of equal values.
+                if factor.norm() * sizes[i] <= LARGEST * sizes[j] {
+                    factors.add(i, conjugate, j, factor);
                 }
             }
         }
-        columns.add_combinations(&factors);
-        (0..count).map(|j| columns.vector(j)).collect()
     }
+    columns.add_combinations(&factors);
+    (0..count).map(|j| columns.vector(j)).collect()
 }

@@ -11,7 +11,7 @@ use crate::linalg::parallel::each;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, Products};
-use crate::modes::refinement::vectors::Eigenvectors;
+use crate::modes::refinement::vectors::{Residuals, refined};
 use crate::modes::solvers::problem::{Problem, Solved, WELL_CONDITIONED, packed};
 
 /// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
@@ -122,32 +122,23 @@ impl Problem<'_> {
         let [mass, damping_products, stiffness] =
             [mass, damping, stiffness].map(|matrix| matrix.transposed().products(&columns));
         let products = mass.into_iter().zip(damping_products).zip(stiffness);
-        let left_residuals: Vec<Vec<Complex64>> = modes
+        let products =
+            products.map(|((mass, damping), stiffness)| Products { mass, damping, stiffness });
+        let left: Vec<Vec<Complex64>> = modes
             .iter()
             .zip(products)
-            .map(|((mode, _), ((mass, damping), stiffness))| {
-                Products { mass, damping, stiffness }.rows(mode.eigenvalue)
-            })
+            .map(|((mode, _), products)| products.rows(mode.eigenvalue))
             .collect();
-        let part = |f: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
-            modes.iter().map(|(mode, _)| f(mode)).collect()
-        };
-        let (values, scales) = (part(&|mode| mode.eigenvalue), part(&|mode| mode.a));
-        let (modes, right_residuals): (Vec<Mode>, Vec<_>) = modes.into_iter().unzip();
-        let right: Vec<_> = modes.iter().map(|mode| mode.right.clone()).collect();
-        let left: Vec<_> = modes.iter().map(|mode| mode.left.clone()).collect();
-        let before = Eigenvectors { values: &values, scales: &scales, right: &right, left: &left };
-        let refined = before
-            .refined_right(&right_residuals, 1.0)
+        let (solved, residuals): (Vec<Solved>, Vec<Residuals>) = modes
             .into_iter()
-            .zip(before.refined_left(&left_residuals, 1.0));
-        let chosen = modes.into_iter().zip(refined).map(|(mode, refined)| {
-            // A value that is not corrected belongs to its vectors as they were solved.
-            let well = mode.condition <= WELL_CONDITIONED;
-            let (right, left) = if well { refined } else { (mode.right, mode.left) };
-            Solved { value: mode.eigenvalue, condition: mode.condition, right, left }
-        });
-        self.general_corrected(chosen.collect(), damping)
+            .zip(left)
+            .map(|((mode, rows), left)| {
+                let Mode { eigenvalue: value, condition, right, left: own, a: scale, .. } = mode;
+                let solved = Solved { value, condition, right, left: own };
+                (solved, Residuals { scale, right: rows, left })
+            })
+            .unzip();
+        self.general_corrected(refined(solved, &residuals, 1.0), damping)
     }
 
     /// Modes of these vectors, their eigenvalues corrected by Rayleigh quotients.

@@ -9,7 +9,7 @@ use crate::linalg::eigenpair::EigenPair;
 use crate::linalg::parallel::each;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
 use crate::modes::refinement::slow_modes;
-use crate::modes::refinement::vectors::Eigenvectors;
+use crate::modes::refinement::vectors::{Residuals, refined};
 use crate::modes::solvers::problem::{Problem, Solved, WELL_CONDITIONED, packed, project};
 use crate::numerics::double_double::DoubledComplex;
 
@@ -80,7 +80,7 @@ impl Problem<'_> {
         };
         if open(&halves, LOST)
             && m <= INVERTED_SIZE
-            && let Some(inverse) = slow_modes::inverse(self.pencil.stiffness.to_doubled())
+            && let Some(inverse) = slow_modes::inverse(self.pencil.stiffness.to_dense())
         {
             let inverted = eigen::real_matrix(&self.factor.inverted(&inverse));
             halves = corrected(slow_modes::joined(eigen::real_matrix(stiffness), inverted));
@@ -138,41 +138,27 @@ impl Problem<'_> {
     }
 
     /// All vectors after one step of refinement, and values corrected by them.
-    fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
-        let m = self.pencil.size;
+    fn refined(&self, halves: Vec<HalfMode>) -> Vec<HalfMode> {
+        let columns = packed(self.pencil.size, halves.iter().map(|half| (half.kappa, &half.left)));
+        let mass = self.pencil.mass.transposed().products(&columns);
+        let stiffness = self.pencil.stiffness.transposed().products(&columns);
         let residual = |kappa: Complex64, mass: &[DoubledComplex], stiffness: &[DoubledComplex]| {
             mass.iter().zip(stiffness).map(|(m, k)| k.less(m, kappa)).collect::<Vec<_>>()
         };
-        let right: Vec<_> =
-            halves.iter().map(|half| residual(half.kappa, &half.mass, &half.stiffness)).collect();
-        let columns = packed(m, halves.iter().map(|half| (half.kappa, &half.left)));
-        let mass = self.pencil.mass.transposed().products(&columns);
-        let stiffness = self.pencil.stiffness.transposed().products(&columns);
-        let left: Vec<_> = halves
-            .iter()
+        let (solved, residuals): (Vec<Solved>, Vec<Residuals>) = halves
+            .into_iter()
             .zip(mass.iter().zip(&stiffness))
-            .map(|(half, (mass, stiffness))| residual(half.kappa, mass, stiffness))
-            .collect();
-        let scales: Vec<Complex64> = halves.iter().map(|half| half.modal_mass).collect();
-        let values: Vec<Complex64> = halves.iter().map(|half| half.kappa).collect();
-        let vectors: (Vec<_>, Vec<_>) = halves
-            .iter_mut()
-            .map(|half| (std::mem::take(&mut half.right), std::mem::take(&mut half.left)))
+            .map(|(half, (mass, stiffness))| {
+                let residuals = Residuals {
+                    scale: half.modal_mass,
+                    right: residual(half.kappa, &half.mass, &half.stiffness),
+                    left: residual(half.kappa, mass, stiffness),
+                };
+                let HalfMode { kappa: value, condition, right, left, .. } = half;
+                (Solved { value, condition, right, left }, residuals)
+            })
             .unzip();
-        let before =
-            Eigenvectors { values: &values, scales: &scales, right: &vectors.0, left: &vectors.1 };
-        let refined_right = before.refined_right(&right, -1.0);
-        let refined_left = before.refined_left(&left, -1.0);
-        let solved = vectors.0.into_iter().zip(vectors.1);
-        let refined = refined_right.into_iter().zip(refined_left);
-        let each = halves.into_iter().zip(solved).zip(refined);
-        let chosen = each.map(|((half, solved), refined)| {
-            // A value that is not corrected belongs to its vectors as they were solved.
-            let well = half.condition <= WELL_CONDITIONED;
-            let (right, left) = if well { refined } else { solved };
-            Solved { value: half.kappa, condition: half.condition, right, left }
-        });
-        self.corrected(chosen.collect())
+        self.corrected(refined(solved, &residuals, -1.0))
     }
 
     /// The modes of both roots lambda; of real kappa below critical damping only the one that is not a conjugate.
