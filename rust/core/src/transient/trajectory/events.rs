@@ -16,7 +16,7 @@ pub struct Event {
     pub contact: usize,
     /// What happened.
     pub kind: EventKind,
-    /// Index into [`Trajectory::phases`] of the phase that begins here.
+    /// Index into `Trajectory::phases` of the phase that begins here.
     pub phase: usize,
 }
 

@@ -26,7 +26,7 @@ pub struct Phase {
     pub start: f64,
     /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
-    /// Place in [`Trajectory::bases`]; 0 in a local march and in a scene of parts, where no phase is propagated as a whole.
+    /// Place in `Trajectory::bases`; 0 in a local march and in a scene of parts, where no phase is propagated as a whole.
     pub basis: usize,
 }
 
