@@ -56,8 +56,8 @@ impl LocalMotion {
                 && (seconds - from).abs() <= ROUNDING * seconds
                 && rest.abs() <= f64::EPSILON * seconds
         };
-        let befores = std::iter::once(None).chain(panels.iter().map(Some));
-        if panels.is_empty() || !befores.zip(&panels).all(|(before, panel)| follows(before, panel))
+        let earlier = std::iter::once(None).chain(panels.iter().map(Some));
+        if panels.is_empty() || !earlier.zip(&panels).all(|(before, panel)| follows(before, panel))
         {
             return Err(refused("panels that do not follow each other"));
         }
