@@ -65,15 +65,6 @@ fn ratio(state: &RunState<'_>, contact: usize, struck: bool) -> f64 {
     }
 }
 
-/// Number of events at one instant that contacts explain: each can pass each status once, and bounces `ln 2 / -ln e` times
-/// while the rest of its series shrinks from two ulp of the clock to one, which ends it.
-pub(crate) fn explained_events(scene: &Scene) -> usize {
-    let restitutions = scene.contacts.iter().map(|law| law.restitution);
-    let bounces =
-        restitutions.filter(|&e| e < 1.0).map(|e| (0.5_f64.ln() / e.ln()).ceil() as usize);
-    bounces.fold(4 * scene.contacts.len() + 4, usize::saturating_add)
-}
-
 /// Records the parts of series that the accumulations among the events to come leave out.
 pub(crate) fn count_accumulations(
     trajectory: &mut Trajectory,

@@ -9,7 +9,6 @@ use crate::error::run::RunFailure;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
-use crate::transient::impact_series::explained_events;
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::model::Trajectory;
 
@@ -154,6 +153,15 @@ impl<'a> RunState<'a> {
         let duration = self.duration;
         move |time| (time / duration).max(by_events)
     }
+}
+
+/// Number of events at one instant that contacts explain: each can pass each status once, and bounces `ln 2 / -ln e` times
+/// while the rest of its series shrinks from two ulp of the clock to one, which ends it.
+fn explained_events(scene: &Scene) -> usize {
+    let restitutions = scene.contacts.iter().map(|law| law.restitution);
+    let bounces =
+        restitutions.filter(|&e| e < 1.0).map(|e| (0.5_f64.ln() / e.ln()).ceil() as usize);
+    bounces.fold(4 * scene.contacts.len() + 4, usize::saturating_add)
 }
 
 #[cfg(test)]
