@@ -2,7 +2,6 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::{Series, Settlement};
-use crate::scene::model::Scene;
 use crate::transient::run_state::RunState;
 use crate::transient::search::panel::Limit;
 use crate::transient::search::phase::PhaseSearch;
