@@ -216,13 +216,21 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         "continuity": continuity(modal) or continuity(taylor),
         "complementarity": complementarity(one) or complementarity(other),
         "impact": impact_law(one) or impact_law(other),
-        "energy": f"residual {outcome.energy_residual:.2e}"
-        if outcome.energy_residual > ENERGY_TOLERANCE
-        else f"residual of samples {sampled:.2e}"
-        if sampled > ENERGY_OF_SAMPLES
-        else "",
+        "energy": imbalance(outcome)
+        or (f"residual of samples {sampled:.2e}" if sampled > ENERGY_OF_SAMPLES else ""),
         "equation of motion": phases_by_integrator(modal) if has_laws and not has_springs else "",
     }
+    write_down(outcome, failures)
+
+
+def imbalance(outcome: Outcome) -> str:
+    """Return what is wrong with the energy of a scene; empty if it is balanced."""
+    residual = outcome.energy_residual
+    return f"residual {residual:.2e}" if residual > ENERGY_TOLERANCE else ""
+
+
+def write_down(outcome: Outcome, failures: dict[str, str]) -> None:
+    """Set the verdict to the last failure that has a detail."""
     for verdict, detail in failures.items():
         if detail:
             outcome.verdict, outcome.detail = verdict, detail
@@ -253,15 +261,14 @@ def examine_twins(
         outcome.distinct += comparison.distinct
         outcome.time_difference = max(outcome.time_difference, comparison.difference)
     outcome.energy_until, outcome.energy_residual = duration, balance_residual(run)
-    for verdict, detail in {
-        "hang": "time_limit" if run.stop_reason == "time_limit" else "",
-        "continuity": continuity(run),
-        "energy": f"residual {outcome.energy_residual:.2e}"
-        if outcome.energy_residual > ENERGY_TOLERANCE
-        else "",
-    }.items():
-        if detail:
-            outcome.verdict, outcome.detail = verdict, detail
+    write_down(
+        outcome,
+        {
+            "hang": "time_limit" if run.stop_reason == "time_limit" else "",
+            "continuity": continuity(run),
+            "energy": imbalance(outcome),
+        },
+    )
 
 
 def within_range(run: ss.Trajectory) -> float:
@@ -296,17 +303,14 @@ def examine_sparse(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     if comparison.verdict == "ok" and local.stop_reason != whole.stop_reason:
         outcome.verdict, outcome.detail = "stop", f"{local.stop_reason}, {whole.stop_reason}"
     sampled = Sampled(local, powers=False)
-    for verdict, detail in {
+    failures = {
         "continuity": continuity(local),
         "complementarity": complementarity(sampled),
         "impact": impact_law(sampled),
-    }.items():
-        if detail:
-            outcome.verdict, outcome.detail = verdict, detail
+    }
     balance = local.balance()
     outcome.energy_until, outcome.energy_residual = BRIEF, abs(balance.residual) / (balance.turnover or 1.0)
-    if outcome.energy_residual > ENERGY_TOLERANCE:
-        outcome.verdict, outcome.detail = "energy", f"residual {outcome.energy_residual:.2e}"
+    write_down(outcome, {**failures, "energy": imbalance(outcome)})
 
 
 def finished(store: Path, seed: int, extras: Collection[str]) -> dict[int, Outcome]:
