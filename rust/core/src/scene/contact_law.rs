@@ -32,7 +32,7 @@ impl Direction {
     }
 
     /// Refuses one that does not fit a scene of `size` dofs.
-    fn validate(&self, argument: &str, size: usize) -> Result<(), Error> {
+    fn validate(&self, argument: impl Fn() -> String, size: usize) -> Result<(), Error> {
         let (expected, got) = match self {
             Direction::Dof(dof) if *dof >= size => {
                 (format!("a dof index below {size}"), dof.to_string())
@@ -41,10 +41,10 @@ impl Direction {
                 (format!("shape ({size},)"), format!("({},)", entries.len()))
             }
             Direction::Dof(_) => return Ok(()),
-            Direction::Vector(entries) => return check_finite(argument, entries),
-            Direction::Entries(entries) => return check_entries(argument, entries, size),
+            Direction::Vector(entries) => return check_finite(&argument(), entries),
+            Direction::Entries(entries) => return check_entries(&argument(), entries, size),
         };
-        Err(Error::Shape { argument: argument.to_owned(), expected, got })
+        Err(Error::Shape { argument: argument(), expected, got })
     }
 }
 
@@ -171,7 +171,7 @@ impl ContactInput {
         }
         for (field, direction) in [("tangential", &self.tangential), ("normal", &self.normal)] {
             let Some(direction) = direction else { continue };
-            direction.validate(&named(field), size)?;
+            direction.validate(|| named(field), size)?;
         }
         let (stop, given) = (self.tangential.is_none(), self.normal.is_none());
         let only = |value: f64, missing: bool| !missing || value == 0.0;
@@ -181,7 +181,7 @@ impl ContactInput {
             true => ("> 0 without a normal direction", self.normal_force > 0.0),
             false => ("0 with a normal direction", self.normal_force == 0.0),
         };
-        let mut checks = vec![
+        let checks = [
             ("friction", self.friction, without_tangential, only(self.friction, stop)),
             (
                 "static_friction",
@@ -208,12 +208,13 @@ impl ContactInput {
             ("normal_stiffness", self.springs.normal, given, without_normal),
             ("tangential_stiffness", self.springs.tangential, stop, without_tangential),
         ];
-        let stated = springs.iter().filter_map(|&(field, stiffness, ..)| Some((field, stiffness?)));
-        checks.extend(stated.map(|(field, value)| (field, value, "> 0", value > 0.0)));
-        for (field, stiffness, missing, requirement) in springs {
-            checks.extend(stiffness.map(|value| (field, value, requirement, !missing)));
-        }
-        for (field, value, requirement, holds) in checks {
+        let stated = springs.iter().filter_map(|&(field, value, missing, requirement)| {
+            Some((field, value?, missing, requirement))
+        });
+        let positive = stated.clone().map(|(field, value, ..)| (field, value, "> 0", value > 0.0));
+        let directed = stated.map(|(field, value, missing, why)| (field, value, why, !missing));
+        for (field, value, requirement, holds) in checks.into_iter().chain(positive).chain(directed)
+        {
             let requirement = if value.is_finite() { requirement } else { "finite" };
             if !value.is_finite() || !holds {
                 return Err(Error::Range { argument: named(field), requirement, value });
