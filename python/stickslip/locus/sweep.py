@@ -131,9 +131,9 @@ def sweep(
     family = Family(model)
     sliding = Sliding(family, combination)
     points = math.prod(values.size for values in axes.values())
-    size = family.scene({**fixed, **{name: float(values[0]) for name, values in axes.items()}}).size
+    first_scene = family.scene({**fixed, **{name: float(values[0]) for name, values in axes.items()}})
     # Of each of 2 n branches: eigenvalue, derivative, frequency, damping ratio, condition, verdicts.
-    check_memory(" and ".join(axes), 2 * 8 * size * points, points)
+    check_memory(" and ".join(axes), 2 * 8 * first_scene.size * points, points)
     attributes: dict[str, Any] = {}
     if region is not None:
         rows = [_along_band(sliding, fixed, axes, region, attributes)]
@@ -155,9 +155,7 @@ def sweep(
         }
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    lowest = {name: float(values[0]) for name, values in axes.items()}
-    contacts = family.scene({**fixed, **lowest}).contact_labels()
-    return _dataset(model, contacts, axes, result).assign_attrs(attributes)
+    return _dataset(model, first_scene.contact_labels(), axes, result).assign_attrs(attributes)
 
 
 def _along_band(
