@@ -75,7 +75,8 @@ impl Sweep {
         // Chunks of length zero are not allowed, and there is nothing in them.
         let both = right.par_chunks_mut(length.max(1)).zip(left.par_chunks_mut(length.max(1)));
         in_parallel(|| rows.par_iter().zip(both).for_each(|(row, both)| row.fill(both)));
-        let entries: Vec<Entry> = rows.iter().flat_map(Row::entries).collect();
+        let mut entries: Vec<Entry> = Vec::with_capacity(values.len() * branches);
+        rows.iter().for_each(|row| entries.extend(row.entries()));
         let numbers = |number: fn(&Entry) -> Complex64| entries.iter().map(number).collect();
         let sweep = Self {
             values: values.to_vec(),
