@@ -179,7 +179,7 @@ def test_an_event_within_the_rounding_of_many_panels_has_its_own_time(index, eve
 
 
 def test_a_contact_that_rounding_closes_again_as_it_is_released_opens():
-    """Two halves are released 2e-13 s apart: rounding of the modes outweighed 2e-10 N, and it struck for ever."""
+    """Two halves are released 2e-13 s apart: rounding outweighed 2e-10 N, and one struck for ever."""
     outcome = fuzz_campaign.run_scene(22, ["twins"], 1134)
     assert outcome.verdict in fuzz_campaign.PASSED, outcome
     assert outcome.compared > 200
