@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3590),
     ("modes", 2340),
     ("locus", 2480),
-    ("motion", 9700),
+    ("motion", 9400),
     ("transient", 4250),
     ("energy", 695),
     ("cycles", 4250),

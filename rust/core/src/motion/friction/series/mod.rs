@@ -5,4 +5,3 @@ pub(crate) mod law_contact;
 pub(crate) mod law_end;
 pub(crate) mod law_series;
 pub(crate) mod panel_bound;
-pub(crate) mod rows;
