@@ -224,7 +224,16 @@ class Tabulated(Law):
         return {"law": self.law, "speeds": list(self.speeds), "values": list(self.values)}
 
 
-LAWS: dict[str, type[Law]] = {kind.law: kind for kind in (Constant, Linear, Stribeck, Rational, Tabulated)}
+LAWS: dict[str, type[Law]] = {
+    kind.law: kind
+    for kind in (
+        Constant,
+        Linear,
+        Stribeck,
+        Rational,
+        Tabulated,
+    )
+}
 
 
 def law_of(table: Mapping[str, Any]) -> Law:

@@ -11,6 +11,7 @@ use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Number, Series, StaticSeries};
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
+use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 use crate::scene::reduction::reduced_system::Reduced;
@@ -132,14 +133,8 @@ impl Path {
         let fixed = Reduction::with_friction(scene, combination, |contact, law| {
             if moved(contact) { 0.0 } else { law.friction }
         });
-        let unit =
-            Reduction::with_friction(
-                scene,
-                combination,
-                |contact, _| {
-                    if moved(contact) { 1.0 } else { 0.0 }
-                },
-            );
+        let unit = |contact: usize, _: &Contact| f64::from(u8::from(moved(contact)));
+        let unit = Reduction::with_friction(scene, combination, unit);
         let series = |matrix: &SparseMatrix| {
             Series::linear(fixed.matrix(matrix), unit.merged_matrix(matrix))
         };

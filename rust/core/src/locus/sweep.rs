@@ -9,6 +9,7 @@ use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
 use crate::linalg::parallel::in_parallel;
 use crate::locus::branches::Mesh;
+use crate::locus::critical::point::UNDEFINED;
 use crate::locus::leading::leading;
 use crate::locus::node::{Member, Node};
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
@@ -75,19 +76,17 @@ impl Sweep {
         // Chunks of length zero are not allowed, and there is nothing in them.
         let both = right.par_chunks_mut(length.max(1)).zip(left.par_chunks_mut(length.max(1)));
         in_parallel(|| rows.par_iter().zip(both).for_each(|(row, both)| row.fill(both)));
-        let mut entries: Vec<Entry> = Vec::with_capacity(values.len() * branches);
-        rows.iter().for_each(|row| entries.extend(row.entries()));
-        let numbers = |number: fn(&Entry) -> Complex64| entries.iter().map(number).collect();
-        let sweep = Self {
+        let count = values.len() * branches;
+        let mut sweep = Self {
             values: values.to_vec(),
             branches,
-            eigenvalues: numbers(|entry| entry.eigenvalue),
-            unstable: entries.iter().map(|entry| entry.unstable).collect(),
-            stable: rows.iter().map(Row::is_stable).collect(),
-            slopes: numbers(|entry| entry.slope),
-            condition: entries.iter().map(|entry| entry.condition).collect(),
-            defective: entries.iter().map(|entry| entry.defective).collect(),
-            a: numbers(|entry| entry.a),
+            eigenvalues: Vec::with_capacity(count),
+            unstable: Vec::with_capacity(count),
+            stable: Vec::with_capacity(values.len()),
+            slopes: Vec::with_capacity(count),
+            condition: Vec::with_capacity(count),
+            defective: Vec::with_capacity(count),
+            a: Vec::with_capacity(count),
             right,
             left,
             meetings: mesh
@@ -98,23 +97,25 @@ impl Sweep {
                 .map(|(_, pair)| 0.5 * (pair[0].value + pair[1].value))
                 .collect(),
         };
+        for Row { node, carriers } in &rows {
+            sweep.stable.push(!node.unstable.contains(&true));
+            let members = node.members();
+            for &carrier in carriers {
+                let Member { mode: index, conjugate } = members[carrier];
+                let mode = &node.modes[index];
+                let defective = mode.is_defective();
+                sweep.eigenvalues.push(turned(mode.eigenvalue, conjugate));
+                sweep.unstable.push(node.unstable[index]);
+                sweep.slopes.push(turned(node.slopes[index], conjugate));
+                sweep.condition.push(mode.condition);
+                sweep.defective.push(defective);
+                sweep.a.push(if defective { UNDEFINED } else { turned(mode.a, conjugate) });
+            }
+        }
         // A mesh of many nodes takes its time to drop as well.
         in_parallel(|| mesh.nodes.into_par_iter().for_each(drop));
         Ok(sweep)
     }
-}
-
-/// Stands for what a defective mode has not.
-const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
-
-/// One branch at one value, as [`Sweep`] has it.
-struct Entry {
-    eigenvalue: Complex64,
-    unstable: bool,
-    slope: Complex64,
-    condition: f64,
-    defective: bool,
-    a: Complex64,
 }
 
 /// A node at a wanted value, with the member that carries each branch.
@@ -124,27 +125,6 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn is_stable(&self) -> bool {
-        !self.node.unstable.contains(&true)
-    }
-
-    fn entries(&self) -> impl Iterator<Item = Entry> + '_ {
-        let members = self.node.members();
-        self.carriers.iter().map(move |&carrier| {
-            let Member { mode: index, conjugate } = members[carrier];
-            let mode = &self.node.modes[index];
-            let defective = mode.is_defective();
-            Entry {
-                eigenvalue: turned(mode.eigenvalue, conjugate),
-                unstable: self.node.unstable[index],
-                slope: turned(self.node.slopes[index], conjugate),
-                condition: mode.condition,
-                defective,
-                a: if defective { UNDEFINED } else { turned(mode.a, conjugate) },
-            }
-        })
-    }
-
     /// Writes right and left vectors, over (coordinate, branch).
     fn fill(&self, (right, left): (&mut [Complex64], &mut [Complex64])) {
         let members = self.node.members();

@@ -86,13 +86,14 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
 
 /// How friction depends on slip speed, by contact.
 pub fn friction_laws(contacts: &[ContactData<'_>]) -> Laws {
-    let law = |(kind, numbers, pieces): &LawData| match (kind.as_str(), &numbers[..]) {
-        ("linear", &[at_rest, slope]) => core::scene::FrictionLaw::Linear { at_rest, slope },
-        ("stribeck", &[at_rest, kinetic, speed, viscous]) => {
-            core::scene::FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous }
+    let decay = |kind: &str| core::scene::Decay::NAMES.iter().find(|(name, _)| *name == kind);
+    let law = |(kind, numbers, pieces): &LawData| match (decay(kind), &numbers[..]) {
+        (Some(&(_, decay)), &[at_rest, kinetic, speed, ref viscous @ ..]) => {
+            let viscous = viscous.first().copied().unwrap_or_default();
+            core::scene::FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
         }
-        ("rational", &[at_rest, kinetic, speed]) => {
-            core::scene::FrictionLaw::Rational { at_rest, kinetic, speed }
+        (_, &[at_rest, slope]) if kind == "linear" => {
+            core::scene::FrictionLaw::Linear { at_rest, slope }
         }
         (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
             speeds: speeds.to_vec(),

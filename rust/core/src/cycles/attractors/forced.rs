@@ -3,7 +3,7 @@
 
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::attractors::recurrence::{
-    Entry, Guess, Label, NEAR_RECURRENCE, Recurrence, condensed, labels, steps,
+    Guess, Label, NEAR_RECURRENCE, Recurrence, condensed, labels, repeats, steps,
 };
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::saltation::Passage;
@@ -24,7 +24,7 @@ struct Strobe<'a> {
     period: f64,
     labels: Vec<Label>,
     /// What happened in each period, from the first one on.
-    blocks: Vec<Vec<Entry>>,
+    blocks: Vec<Vec<Label>>,
 }
 
 /// The shortest periodic orbit that the end of the run is on or approaches, in whole periods of the loads.
@@ -42,11 +42,11 @@ impl<'a> Strobe<'a> {
     fn new(run: &'a Trajectory, period: f64) -> Option<Self> {
         let count = (run.end / period + ROUNDING).floor() as usize;
         let labels = labels(run);
-        let mut blocks: Vec<Vec<Entry>> = (0..count).map(|_| Vec::new()).collect();
+        let mut blocks: Vec<Vec<Label>> = vec![Vec::new(); count];
         for entry in condensed(&labels) {
             let block = (run.phases[entry.phase].start / period).floor() as usize;
             if let Some(block) = blocks.get_mut(block) {
-                block.push(entry);
+                block.push(entry.label);
             }
         }
         // From the last switch of a load on.
@@ -69,22 +69,9 @@ impl<'a> Strobe<'a> {
         Some([&cursor.q[..], &cursor.u].concat())
     }
 
-    /// Number of periods at the end that repeat the events of the period `periods` before them.
-    fn repeats(&self, periods: usize) -> usize {
-        let count = self.blocks.len();
-        let same = |a: &[Entry], b: &[Entry]| {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.label == b.label)
-        };
-        (1..=count.saturating_sub(periods))
-            .take_while(|back| {
-                same(&self.blocks[count - back], &self.blocks[count - back - periods])
-            })
-            .count()
-    }
-
     fn candidate(&self, search: Search<'_>, periods: usize) -> Option<Recurrence> {
         let (run, count) = (self.run, self.blocks.len());
-        let rounds = self.repeats(periods) / periods;
+        let rounds = repeats(&self.blocks).get(periods)? / periods;
         if rounds == 0 {
             return None;
         }

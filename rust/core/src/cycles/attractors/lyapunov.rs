@@ -21,8 +21,6 @@ use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::orbits::orbit::Scales;
 use crate::error::input::Error;
-use crate::motion::method::Method;
-use crate::scene::status::Combination;
 use crate::transient::trajectory::model::Trajectory;
 
 /// Batches whose means give the error: its own relative error is about `1 / sqrt(2 BATCHES)`.
@@ -34,17 +32,6 @@ const PATIENCE: usize = 64;
 
 /// Combinations whose flows are kept, with their buffers: a motion returns to some of them again and again.
 const FLOWS: NonZeroUsize = NonZeroUsize::new(64).expect("not zero");
-
-/// The flow of a combination.
-fn known<'a, 'r>(
-    flows: &'a mut LruCache<Combination, Flow<'r>>,
-    run: &'r Trajectory,
-    combination: &Combination,
-    method: Method,
-) -> Result<&'a Flow<'r>, Error> {
-    let new = || Flow::new(&run.propagators, combination, method);
-    flows.try_get_or_insert_ref(combination, new)
-}
 
 /// A mean growth rate of neighbours, 1/s.
 #[derive(Debug, Clone, Copy)]
@@ -132,7 +119,8 @@ impl Neighbour {
                 for (index, passage) in found.iter().enumerate() {
                     // Events that coincide follow each other in no time.
                     let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };
-                    let flow = known(&mut flows, run, &between, search.method)?;
+                    let new = || Flow::new(&run.propagators, &between, search.method);
+                    let flow = flows.try_get_or_insert_ref(&between, new)?;
                     let carried = passage.carried(scene, flow, states, &apart);
                     // If a neighbour cannot be carried on, its distance is unknown.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);

@@ -48,10 +48,17 @@ pub struct Recurrence {
 pub(super) type Label = (Vec<(usize, EventKind)>, Combination);
 
 /// One entry of a sequence of events: the events of an instant, and the phase that begins then.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) struct Entry {
     pub label: Label,
     pub phase: usize,
+}
+
+/// Phases do not recur, but what happens at their starts.
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.label == other.label
+    }
 }
 
 impl Entry {
@@ -263,17 +270,17 @@ pub(super) fn condensed(labels: &[Label]) -> Vec<Entry> {
     sequence
 }
 
-/// Entries at the end whose labels equal those `period` before, for every period from 0 on, in linear time: the function
+/// Entries at the end that equal those `period` before, for every period from 0 on, in linear time: the function
 /// Z of the sequence read backwards (Gusfield, Algorithms on Strings, Trees, and Sequences, 1997, section 1.3).
-fn repeats(sequence: &[Entry]) -> Vec<usize> {
+pub(super) fn repeats<T: PartialEq>(sequence: &[T]) -> Vec<usize> {
     let count = sequence.len();
-    let label = |back: usize| &sequence[count - 1 - back].label;
+    let entry = |back: usize| &sequence[count - 1 - back];
     let mut repeats = vec![count; count];
     // The known match that reaches furthest: entries begin..end equal the first ones.
     let (mut begin, mut end) = (0, 0);
     for period in 1..count {
         let mut equal = if period < end { repeats[period - begin].min(end - period) } else { 0 };
-        while period + equal < count && label(equal) == label(period + equal) {
+        while period + equal < count && entry(equal) == entry(period + equal) {
             equal += 1;
         }
         if period + equal > end {

@@ -196,29 +196,16 @@ impl Orbit {
         is_over: &dyn Fn() -> bool,
     ) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
-        let loads = [scene, self.scene()].map(|scene| scene.size - scene.structure());
-        if loads[0] != loads[1] {
-            return Err(Error::Shape {
-                argument: "scene".into(),
-                expected: format!(
-                    "{} loads in time of different frequencies, like the orbit",
-                    loads[1]
-                ),
-                got: loads[0].to_string(),
+        let both = [scene, self.scene()];
+        let loads = both.map(|scene| (scene.size - scene.structure()).to_string());
+        let sizes =
+            both.map(|scene| format!("{} dofs and {} contacts", scene.dofs, scene.contacts.len()));
+        for ([got, own], what) in [(loads, " loads in time of different frequencies"), (sizes, "")]
+        {
+            if got != own {
+                let (argument, expected) = ("scene".into(), format!("{own}{what}, like the orbit"));
+                return Err(Error::Shape { argument, expected, got }.into());
             }
-            .into());
-        }
-        if scene.dofs != self.scene().dofs || scene.contacts.len() != self.scene().contacts.len() {
-            return Err(Error::Shape {
-                argument: "scene".into(),
-                expected: format!(
-                    "{} dofs and {} contacts, like the orbit",
-                    self.scene().dofs,
-                    self.scene().contacts.len()
-                ),
-                got: format!("{} dofs and {} contacts", scene.dofs, scene.contacts.len()),
-            }
-            .into());
         }
         Self::solve(propagators, self.method, self.steps.clone(), self.load_periods, is_over)
     }

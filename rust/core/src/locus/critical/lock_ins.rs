@@ -71,13 +71,9 @@ pub(crate) fn lock_ins(
                 .iter()
                 .any(|other| (other.value - point.parameter.re).abs() <= 1e-8 * (upper - lower))
     };
-    let lock_in = |point: ExceptionalPoint| CriticalPoint {
-        kind: CriticalKind::LockIn,
-        value: point.parameter.re,
-        complex_value: point.parameter,
-        eigenvalue: point.eigenvalue,
-        other: point.eigenvalue,
-        slope: f64::NAN,
+    let lock_in = |ExceptionalPoint { parameter, eigenvalue }: ExceptionalPoint| {
+        let point = CriticalPoint::at(CriticalKind::LockIn, parameter.re, eigenvalue, f64::NAN);
+        CriticalPoint { complex_value: parameter, other: eigenvalue, ..point }
     };
     let found = found.into_iter().filter(|point| !is_divergence(point)).map(lock_in);
     Ok((found.collect(), starts))

@@ -55,6 +55,17 @@ pub struct CriticalPoint {
     pub slope: f64,
 }
 
+impl CriticalPoint {
+    /// At a real parameter value; no eigenvalue loses the largest real part there.
+    pub(crate) fn at(kind: CriticalKind, value: f64, eigenvalue: Complex64, slope: f64) -> Self {
+        let other = UNDEFINED;
+        Self { kind, value, complex_value: value.into(), eigenvalue, other, slope }
+    }
+}
+
+/// Stands for an eigenvalue or a vector that there is not.
+pub(crate) const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
 /// The sign of a value, 0 within its uncertainty.
 pub(crate) fn significant_sign(value: f64, uncertainty: f64) -> f64 {
     if value.abs() > uncertainty { value.signum() } else { 0.0 }

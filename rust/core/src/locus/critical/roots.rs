@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::error::input::Error;
@@ -102,14 +101,9 @@ fn axis_crossing(
         (node.modes[next[0]].eigenvalue.re, node.slopes[next[0]].re)
     })?;
     let eigenvalue = root.modes[next[0]].eigenvalue;
-    Ok((eigenvalue.im != 0.0).then(|| CriticalPoint {
-        kind: CriticalKind::Hopf,
-        value: root.value,
-        complex_value: root.value.into(),
-        eigenvalue,
-        other: Complex64::new(f64::NAN, f64::NAN),
-        slope: root.slopes[next[0]].re,
-    }))
+    let slope = root.slopes[next[0]].re;
+    Ok((eigenvalue.im != 0.0)
+        .then(|| CriticalPoint::at(CriticalKind::Hopf, root.value, eigenvalue, slope)))
 }
 
 /// Whether nodes at which a function has no sign are as one: nearer to each other than the roots that a search tells apart.

@@ -110,14 +110,8 @@ impl Search<'_> {
             {
                 let from = &self.mesh.nodes[start];
                 let value = self.singular_stiffness(from, node, before, &sign);
-                points.push(CriticalPoint {
-                    kind: CriticalKind::Divergence,
-                    value,
-                    complex_value: value.into(),
-                    eigenvalue: Complex64::default(),
-                    other: Complex64::new(f64::NAN, f64::NAN),
-                    slope: before,
-                });
+                let zero = Complex64::default();
+                points.push(CriticalPoint::at(CriticalKind::Divergence, value, zero, before));
             }
             last = Some((k, here));
         }
@@ -224,14 +218,10 @@ impl Search<'_> {
             self.leader_crossings_between([from, &root], old, third, points)?;
             return self.leader_crossings_between([&root, to], top, next[new], points);
         }
-        points.push(CriticalPoint {
-            kind: CriticalKind::Crossing,
-            value: root.value,
-            complex_value: root.value.into(),
-            eigenvalue: root.modes[next[new]].eigenvalue,
-            other: root.modes[next[old]].eigenvalue,
-            slope: root.slopes[next[new]].re - root.slopes[next[old]].re,
-        });
+        let [gains, loses] = [new, old].map(|mode| root.modes[next[mode]].eigenvalue);
+        let slope = root.slopes[next[new]].re - root.slopes[next[old]].re;
+        let point = CriticalPoint::at(CriticalKind::Crossing, root.value, gains, slope);
+        points.push(CriticalPoint { other: loses, ..point });
         Ok(())
     }
 }

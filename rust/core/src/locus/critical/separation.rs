@@ -6,11 +6,9 @@
 //! and slopes at its ends leaves no room for further roots. A pole changes their sign as well; there bisection comes to
 //! large margins instead of small ones.
 
-use num_complex::Complex64;
-
 use crate::linalg::dense::regular_solution;
 use crate::linalg::parallel::in_parallel;
-use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
+use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch, UNDEFINED};
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
 use crate::numerics::bracket::Bracket;
@@ -80,15 +78,8 @@ fn boundary(path: &Path, contact: usize, from: &Point, to: &Point) -> Option<Cri
         return None;
     }
     let closed = path.combination.statuses()[contact].is_closed();
-    let undefined = Complex64::new(f64::NAN, f64::NAN);
-    Some(CriticalPoint {
-        kind: CriticalKind::Separation { contact },
-        value: p,
-        complex_value: p.into(),
-        eigenvalue: undefined,
-        other: undefined,
-        slope: if (after < before) == closed { 1.0 } else { -1.0 },
-    })
+    let slope = if (after < before) == closed { 1.0 } else { -1.0 };
+    Some(CriticalPoint::at(CriticalKind::Separation { contact }, p, UNDEFINED, slope))
 }
 
 /// A margin along a path: value, derivative to the parameter, and the rounding error of the value.

@@ -252,7 +252,7 @@ mod tests {
     use crate::motion::combination_basis::{CombinationBasis, Propagator};
     use crate::motion::method::Wanted;
     use crate::scene::status::{Combination, Status};
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Decay, Direction, Mass, SceneInput, Springs};
 
     const SPRING: f64 = 50.0;
     const PRESSED: f64 = 4.0;
@@ -293,7 +293,7 @@ mod tests {
             FrictionLaw::Linear { slope, .. } => {
                 -PRESSED * slope / SPRING * (SPEED - excess / slope).abs().ln()
             }
-            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+            FrictionLaw::Decaying { at_rest, kinetic, speed, .. } => {
                 let rise = kinetic - at_rest;
                 let (a, b) = (SPEED * rise, SPEED + speed);
                 let left = (rise - a / b) / b * (a - b * excess).abs().ln();
@@ -309,7 +309,13 @@ mod tests {
         let laws = [
             FrictionLaw::Linear { at_rest: 0.3, slope: 0.5 },
             FrictionLaw::Linear { at_rest: 0.3, slope: 0.02 },
-            FrictionLaw::Rational { at_rest: 0.3, kinetic: 0.5, speed: 0.3 },
+            FrictionLaw::Decaying {
+                at_rest: 0.3,
+                kinetic: 0.5,
+                speed: 0.3,
+                viscous: 0.0,
+                decay: Decay::Rational,
+            },
         ];
         for law in &laws {
             let scene = relaxing(law);

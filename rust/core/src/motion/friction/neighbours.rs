@@ -6,9 +6,9 @@
 
 use crate::motion::friction::motion::{LawMotion, STALLED};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::series::law_series::product;
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::scene::friction::decay::product;
 use crate::scene::model::Scene;
 
 /// A panel is shortened to no less than this part of its width at a time.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::input::Error;
 use crate::numerics::bracket::Bracket;
+use crate::scene::friction::decay::{Decay, LEVEL};
 
 /// mu over |s|.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,25 +16,18 @@ pub enum FrictionLaw {
         /// d mu / d |s|, s/m, of either sign.
         slope: f64,
     },
-    /// `mu = kinetic + (at_rest - kinetic) exp(-|s| / speed) + viscous |s|`
-    Stribeck {
+    /// `mu = kinetic + (at_rest - kinetic) g(|s| / speed) + viscous |s|`
+    Decaying {
         /// mu at rest, -, not negative.
         at_rest: f64,
         /// mu at large speeds, without the viscous part, -, not negative.
         kinetic: f64,
-        /// Scale of the speed over which mu falls, m/s, positive.
+        /// Scale of the speed over which mu passes from one to the other, m/s, positive.
         speed: f64,
         /// Growth of mu with speed, s/m, not negative.
         viscous: f64,
-    },
-    /// `mu = kinetic + (at_rest - kinetic) / (1 + |s| / speed)`
-    Rational {
-        /// mu at rest, -, not negative.
-        at_rest: f64,
-        /// mu at large speeds, -, not negative.
-        kinetic: f64,
-        /// The speed at which half of the difference is left, m/s, positive.
-        speed: f64,
+        /// g
+        decay: Decay,
     },
     /// Cubic pieces between measured speeds, constant beyond the last one.
     Tabulated(Arc<Table>),
@@ -50,8 +44,6 @@ pub struct Table {
 
 /// Difference of two pieces where they meet that is the rounding of their coefficients, relative to their terms.
 const JOINED: f64 = 1e-12;
-/// Part of the rise of a bounded law from which on it counts as level.
-const LEVEL: f64 = 1e-2;
 /// Halvings after which no interval of numbers is left.
 const STEPS: usize = 200;
 
@@ -125,16 +117,11 @@ impl FrictionLaw {
             &Self::Linear { at_rest, slope } => {
                 vec![("mu0", at_rest, ">= 0", at_rest >= 0.0), ("slope", slope, "finite", true)]
             }
-            &Self::Stribeck { at_rest, kinetic, speed, viscous } => vec![
+            &Self::Decaying { at_rest, kinetic, speed, viscous, .. } => vec![
                 ("static", at_rest, ">= 0", at_rest >= 0.0),
                 ("kinetic", kinetic, ">= 0", kinetic >= 0.0),
                 ("speed", speed, "> 0", speed > 0.0),
                 ("viscous", viscous, ">= 0", viscous >= 0.0),
-            ],
-            &Self::Rational { at_rest, kinetic, speed } => vec![
-                ("static", at_rest, ">= 0", at_rest >= 0.0),
-                ("kinetic", kinetic, ">= 0", kinetic >= 0.0),
-                ("speed", speed, "> 0", speed > 0.0),
             ],
             Self::Tabulated(table) => {
                 let ascends = |pair: &[f64]| pair[0] < pair[1];
@@ -169,11 +156,8 @@ impl FrictionLaw {
     pub fn value(&self, speed: f64) -> f64 {
         match self {
             Self::Linear { at_rest, slope } => at_rest + slope * speed,
-            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
-                kinetic + (at_rest - kinetic) * (-speed / scale).exp() + viscous * speed
-            }
-            Self::Rational { at_rest, kinetic, speed: scale } => {
-                kinetic + (at_rest - kinetic) / (1.0 + speed / scale)
+            Self::Decaying { at_rest, kinetic, speed: scale, viscous, decay } => {
+                kinetic + (at_rest - kinetic) * decay.value(speed / scale) + viscous * speed
             }
             Self::Tabulated(table) => {
                 let place = table.piece(speed);
@@ -188,10 +172,9 @@ impl FrictionLaw {
     pub(crate) fn linear(&self) -> Option<f64> {
         match self {
             Self::Linear { slope, .. } => Some(*slope),
-            Self::Stribeck { at_rest, kinetic, viscous, .. } => {
+            Self::Decaying { at_rest, kinetic, viscous, .. } => {
                 (at_rest == kinetic).then_some(*viscous)
             }
-            Self::Rational { at_rest, kinetic, .. } => (at_rest == kinetic).then_some(0.0),
             Self::Tabulated(_) => None,
         }
     }
@@ -201,8 +184,7 @@ impl FrictionLaw {
         match self {
             Self::Linear { slope, .. } => *slope < 0.0,
             // Its slope is least at rest if it is negative anywhere.
-            Self::Stribeck { .. } => self.slope(0.0) < 0.0,
-            Self::Rational { at_rest, kinetic, .. } => at_rest > kinetic,
+            Self::Decaying { .. } => self.slope(0.0) < 0.0,
             Self::Tabulated(table) => table.pieces.windows(2).any(|pair| pair[1][0] < pair[0][0]),
         }
     }
@@ -213,9 +195,8 @@ impl FrictionLaw {
         let end = match self {
             Self::Linear { .. } => f64::INFINITY,
             // Its slope lies between that at rest and the viscous one.
-            Self::Stribeck { viscous, .. } if *viscous > 0.0 => f64::INFINITY,
-            Self::Stribeck { speed, .. } => -speed * LEVEL.ln(),
-            Self::Rational { speed, .. } => speed / LEVEL,
+            Self::Decaying { viscous, .. } if *viscous > 0.0 => f64::INFINITY,
+            Self::Decaying { speed, decay, .. } => speed * decay.level(),
             Self::Tabulated(table) => table.rises_until()?,
         };
         (self.slope(0.0) > 0.0).then_some(end)
@@ -225,11 +206,8 @@ impl FrictionLaw {
     pub(crate) fn excess(&self, speed: f64) -> f64 {
         match self {
             Self::Linear { slope, .. } => slope * speed,
-            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
-                (at_rest - kinetic) * (-speed / scale).exp_m1() + viscous * speed
-            }
-            Self::Rational { at_rest, kinetic, speed: scale } => {
-                (kinetic - at_rest) * (speed / scale) / (1.0 + speed / scale)
+            Self::Decaying { at_rest, kinetic, speed: scale, viscous, decay } => {
+                (kinetic - at_rest) * decay.loss(speed / scale) + viscous * speed
             }
             Self::Tabulated(table) => match table.pieces[0] {
                 [_, b, c, d] if table.piece(speed) == 0 => speed * (b + speed * (c + speed * d)),
@@ -266,14 +244,10 @@ impl FrictionLaw {
     pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
         match self {
             Self::Linear { slope, .. } => [slope.abs(), 0.0],
-            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
-                let falling = (at_rest - kinetic).abs() / scale * (-speed / scale).exp();
-                [viscous + falling, falling / scale]
-            }
-            Self::Rational { at_rest, kinetic, speed: scale } => {
+            Self::Decaying { at_rest, kinetic, speed: scale, viscous, decay } => {
                 let falling = (at_rest - kinetic).abs() / scale;
-                let ratio = 1.0 + speed / scale;
-                [falling / ratio.powi(2), 2.0 * falling / scale / ratio.powi(3)]
+                let [rate, curvature] = decay.rates(decay.value(speed / scale));
+                [viscous + falling * rate, falling * curvature / scale]
             }
             Self::Tabulated(table) => {
                 let mut widths = table.speeds.windows(2).map(|pair| pair[1] - pair[0]);
@@ -291,11 +265,9 @@ impl FrictionLaw {
     pub fn slope(&self, speed: f64) -> f64 {
         match self {
             Self::Linear { slope, .. } => *slope,
-            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
-                viscous - (at_rest - kinetic) / scale * (-speed / scale).exp()
-            }
-            Self::Rational { at_rest, kinetic, speed: scale } => {
-                -(at_rest - kinetic) / scale / (1.0 + speed / scale).powi(2)
+            Self::Decaying { at_rest, kinetic, speed: scale, viscous, decay } => {
+                let [rate, _] = decay.rates(decay.value(speed / scale));
+                viscous - (at_rest - kinetic) / scale * rate
             }
             Self::Tabulated(table) => {
                 let place = table.piece(speed);

@@ -16,6 +16,7 @@ use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Springs};
+use crate::scene::friction::decay::Decay;
 use crate::scene::friction::law::{FrictionLaw, Table};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
@@ -61,31 +62,30 @@ fn extend(
         |terms: &mut dyn Iterator<Item = Doubled>| terms.fold(Doubled::default(), Doubled::add);
     match law {
         FrictionLaw::Linear { at_rest, slope } => mu.push(slip[k].times(*slope).add(at(*at_rest))),
-        FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
-            let next = match k {
-                0 => exp(slip[0].times(-1.0).over((*speed).into())),
-                _ => {
-                    let terms = &mut (1..=k).map(|j| slip[j].times(-(j as f64)).by(inner[k - j]));
-                    sum(terms).over(Doubled::product(k as f64, *speed))
+        FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
+            let next = if *decay == Decay::Exponential {
+                match k {
+                    0 => exp(slip[0].times(-1.0).over((*speed).into())),
+                    _ => {
+                        let terms =
+                            &mut (1..=k).map(|j| slip[j].times(-(j as f64)).by(inner[k - j]));
+                        sum(terms).over(Doubled::product(k as f64, *speed))
+                    }
+                }
+            } else {
+                assert_eq!(*decay, Decay::Rational, "no reference");
+                let one = Doubled::from(1.0);
+                match k {
+                    0 => one.over(one.add(slip[0].over((*speed).into()))),
+                    _ => {
+                        let terms = &mut (1..=k).map(|j| slip[j].times(-1.0).by(inner[k - j]));
+                        sum(terms).by(inner[0]).over((*speed).into())
+                    }
                 }
             };
             inner.push(next);
             let falling = Doubled::from(*at_rest).add((-kinetic).into());
             mu.push(falling.by(next).add(slip[k].times(*viscous)).add(at(*kinetic)));
-        }
-        FrictionLaw::Rational { at_rest, kinetic, speed } => {
-            let first =
-                Doubled::from(1.0).over(Doubled::from(1.0).add(slip[0].over((*speed).into())));
-            let next = match k {
-                0 => first,
-                _ => {
-                    let terms = &mut (1..=k).map(|j| slip[j].times(-1.0).by(inner[k - j]));
-                    sum(terms).by(first).over((*speed).into())
-                }
-            };
-            inner.push(next);
-            let falling = Doubled::from(*at_rest).add((-kinetic).into());
-            mu.push(falling.by(next).add(at(*kinetic)));
         }
         FrictionLaw::Tabulated(table) => {
             let [a, b, c, d] = table.pieces[piece];
@@ -193,17 +193,12 @@ fn law() -> impl Strategy<Value = FrictionLaw> {
     prop_oneof![
         1 => (0.1..1.0f64, -0.5..0.5f64)
             .prop_map(|(at_rest, slope)| FrictionLaw::Linear { at_rest, slope }),
-        1 => (0.1..1.0f64, 0.1..1.0f64, 0.01..1.0f64, 0.0..0.5f64).prop_map(
-            |(at_rest, kinetic, speed, viscous)| FrictionLaw::Stribeck {
-                at_rest,
-                kinetic,
-                speed,
-                viscous
+        2 => (0.1..1.0f64, 0.1..1.0f64, 0.01..1.0f64, 0.0..0.5f64, any::<bool>()).prop_map(
+            |(at_rest, kinetic, speed, viscous, rational)| {
+                let decay = if rational { Decay::Rational } else { Decay::Exponential };
+                FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
             }
         ),
-        1 => (0.1..1.0f64, 0.1..1.0f64, 0.01..1.0f64).prop_map(|(at_rest, kinetic, speed)| {
-            FrictionLaw::Rational { at_rest, kinetic, speed }
-        }),
         2 => [0.2..0.6f64, -0.1..0.1f64, -0.3..0.3f64].prop_map(table),
     ]
 }
@@ -211,11 +206,9 @@ fn law() -> impl Strategy<Value = FrictionLaw> {
 /// A law that rises, as slip without mass needs it.
 fn rising(law: &FrictionLaw) -> FrictionLaw {
     match *law {
-        FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
-            FrictionLaw::Stribeck { at_rest, kinetic: at_rest + kinetic, speed, viscous }
-        }
-        FrictionLaw::Rational { at_rest, kinetic, speed } => {
-            FrictionLaw::Rational { at_rest, kinetic: at_rest + kinetic, speed }
+        FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
+            let kinetic = at_rest + kinetic;
+            FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
         }
         FrictionLaw::Linear { at_rest, slope } => {
             FrictionLaw::Linear { at_rest, slope: 0.1 + slope.abs() }

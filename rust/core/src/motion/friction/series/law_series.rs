@@ -1,38 +1,19 @@
 //! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of their error.
 //!
-//! With `S = S_0 + S_1 s + ..` on [0, 1], the recurrences are those of
-//!
-//! ```text
-//! e = exp(-S / v)      (k + 1) e_{k+1} = -sum_i (i + 1) S_{i+1} / v e_{k-i}        v e' = -S' e
-//! g = 1 / (1 + S / v)  g_k = -g_0 sum_{i>0} S_i / v g_{k-i}                        (1 + S / v) g = 1
-//! ```
-//!
-//! and of products for a table. The errors of the polynomials follow from the equations that they obey up to a known rest: with
-//! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
-//! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
+//! Decays have their recurrences and errors in [`crate::scene::friction::decay`]; those of a table are products.
 
 use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::GROUP;
+use crate::scene::friction::decay::{DecayPanel, product, terms_left_out};
 use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
 pub(crate) const UNIT: f64 = 0.5 * f64::EPSILON;
 
-/// 1 / k
-const INVERSE: [f64; COEFFICIENTS] = {
-    let mut inverse = [0.0; COEFFICIENTS];
-    let mut k = 1;
-    while k < COEFFICIENTS {
-        inverse[k] = 1.0 / k as f64;
-        k += 1;
-    }
-    inverse
-};
-
-/// Slip speeds, as multiples of v, from which on e counts as zero: it is below 1e-260.
-const FAR: f64 = 600.0;
+/// What a decay counts as zero below: products with it would leave the range of numbers.
+const VANISHED: f64 = 1e-260;
 
 /// Units of rounding of the coefficients of a product, relative to the sums of their terms' absolute values: those of the sum
 /// itself, and per shortening of the panel three coefficients that are scaled, and at most DEGREE units between the rounded
@@ -41,15 +22,12 @@ pub(crate) fn product_units(shortenings: usize) -> usize {
     DEGREE + 4 + shortenings * (DEGREE + 3)
 }
 
-/// Exponents from which on `e^x - 1` is less than half.
-const NEAR: f64 = -0.6;
-
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LawSeries {
     /// S
     pub slip: [f64; COEFFICIENTS],
-    /// e, g, or the quotient of the cubic of a table by its distance.
+    /// g of a decay, or the quotient of the cubic of a table by its distance.
     inner: [f64; COEFFICIENTS],
     /// `mu(S) - mu(0)`
     pub excess: [f64; COEFFICIENTS],
@@ -74,36 +52,17 @@ impl LawSeries {
     pub fn extend(&mut self, law: &FrictionLaw, k: usize, s: f64, middle: f64) -> (f64, [f64; 2]) {
         let Self { slip, inner, excess, piece } = self;
         slip[k] = s;
-        // Products with S_k come last: all else is known when S_k is, and the next order waits for it.
         let (of_order, of_inner, left) = match law {
             FrictionLaw::Linear { slope, .. } => (slope * s, 0.0, 0.0),
-            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+            FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let falling = at_rest - kinetic;
                 if k == 0 {
-                    let exponent = -s / speed;
-                    let less = exponent.exp_m1();
-                    let value = match exponent {
-                        // Here the sum is as good as another exponential: two units.
-                        NEAR..=0.0 => 1.0 + less,
-                        _ if -exponent > FAR => 0.0,
-                        _ => exponent.exp(),
-                    };
-                    (falling * less + viscous * s, value, 0.0)
+                    let value = decay.value(s / speed);
+                    let value = if value < VANISHED { 0.0 } else { value };
+                    (viscous * s - falling * decay.loss(s / speed), value, 0.0)
                 } else {
-                    let part = INVERSE[k] / speed;
-                    let value = s.mul_add(-(k as f64 * inner[0] * part), -(middle * part));
-                    (falling.mul_add(value, viscous * s), value, k as f64 * s)
-                }
-            }
-            FrictionLaw::Rational { at_rest, kinetic, speed } => {
-                let falling = at_rest - kinetic;
-                if k == 0 {
-                    let value = 1.0 / (1.0 + s / speed);
-                    (-falling * (s / speed) * value, value, 0.0)
-                } else {
-                    let part = inner[0] / speed;
-                    let value = s.mul_add(-(inner[0] * part), -(middle * part));
-                    (falling * value, value, s)
+                    let [value, left] = decay.order(k, slip, *speed, inner, middle);
+                    (falling.mul_add(value, viscous * s), value, left)
                 }
             }
             FrictionLaw::Tabulated(table) => {
@@ -128,11 +87,8 @@ impl LawSeries {
         let Self { slip, inner, piece, .. } = self;
         match law {
             FrictionLaw::Linear { slope, .. } => *slope,
-            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
-                viscous - (at_rest - kinetic) / speed * inner[0]
-            }
-            FrictionLaw::Rational { at_rest, kinetic, speed } => {
-                -(at_rest - kinetic) / speed * inner[0] * inner[0]
+            FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
+                viscous - (at_rest - kinetic) / speed * decay.rates(inner[0])[0]
             }
             FrictionLaw::Tabulated(table) => {
                 let [_, b, c, d] = table.pieces[*piece];
@@ -148,10 +104,13 @@ impl LawSeries {
         let (low, high) = (self.slip[0] - wide, self.slip[0] + wide);
         let least = match law {
             FrictionLaw::Linear { slope, .. } => *slope,
-            // These slopes are monotone.
-            FrictionLaw::Stribeck { .. } => law.slope(low).min(law.slope(high)),
-            FrictionLaw::Rational { speed, .. } if low <= -speed => f64::NEG_INFINITY,
-            FrictionLaw::Rational { .. } => law.slope(low).min(law.slope(high)),
+            // Its slope is monotone, where it has one.
+            FrictionLaw::Decaying { speed, decay, .. } => {
+                match is_positive(decay.value(low / speed)) {
+                    true => law.slope(low).min(law.slope(high)),
+                    false => f64::NEG_INFINITY,
+                }
+            }
             FrictionLaw::Tabulated(table) => {
                 let [_, b, c, d] = table.pieces[self.piece];
                 let slope = |x: f64| b + x * (2.0 * c + 3.0 * x * d);
@@ -168,7 +127,7 @@ impl LawSeries {
     pub fn tube(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Linear { .. } => f64::MAX,
-            FrictionLaw::Stribeck { .. } | FrictionLaw::Rational { .. } => 5e-2 * self.reach(law),
+            FrictionLaw::Decaying { .. } => 5e-2 * self.reach(law),
             // The last piece is level, and slip without mass never is on it: no neighbourhood has a bound.
             FrictionLaw::Tabulated(table) => match table.speeds[self.piece..] {
                 [low, high, ..] => 1e-3 * (high - low),
@@ -180,10 +139,7 @@ impl LawSeries {
     /// How far S may move from S_0 on a panel.
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {
-            // What the factors by which e grows and falls make of its bound stays below e^2.
-            FrictionLaw::Stribeck { speed, .. } => speed + self.slip[0] / 3.0,
-            // 1 + S / v keeps half of its value.
-            FrictionLaw::Rational { speed, .. } => 0.5 * (speed + self.slip[0]),
+            FrictionLaw::Decaying { speed, decay, .. } => speed * decay.reach(self.slip[0] / speed),
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
         }
     }
@@ -227,46 +183,36 @@ impl LawSeries {
             FrictionLaw::Linear { slope, .. } => {
                 LawBounds { truncation: 0.0, rounding: UNIT * short, slope: slope.abs() }
             }
-            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+            FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let falling = (at_rest - kinetic).abs();
-                let (ratio, dropped, steepest) = match slip[0] > FAR * speed {
-                    true => {
-                        let largest = ((wide - slip[0]) / speed).exp();
-                        (0.0, largest, largest)
-                    }
-                    // The first value of e has few units of rounding per unit of its exponent.
-                    false => {
-                        let growth = (wide / speed).exp();
-                        (growth * growth, 0.0, growth * inner[0] * (1.0 + 1e-12))
-                    }
-                };
-                // R begins at order DEGREE, and is integrated.
-                let rest = rest / (speed * COEFFICIENTS as f64);
-                let start = (4.0 + slip[0].abs() / speed) * inner[0];
-                // Integrated, order k counts with 1 / k of the units of its product.
-                let units = (4 + 2 * shortenings) as f64;
-                let rounded = units * factors / speed * inners + start;
-                LawBounds {
-                    truncation: falling * ratio * rest,
-                    // What is dropped is below 1e-170 and grows by no power of the width.
-                    rounding: UNIT * (falling * ratio * rounded + short) + falling * dropped,
-                    slope: viscous + falling / speed * steepest,
-                }
-            }
-            FrictionLaw::Rational { at_rest, kinetic, speed } => {
-                let falling = (at_rest - kinetic).abs();
-                let least = 1.0 + (slip[0] - wide) / speed;
-                if !(least > 0.0) {
+                let largest = decay.value((slip[0] - wide) / speed);
+                if !is_positive(largest) {
                     let none = f64::INFINITY;
                     return LawBounds { truncation: none, rounding: none, slope: none };
                 }
-                let rest = rest / speed;
-                let terms = (1.0 + (slip[0].abs() + range) / speed) * inners;
-                let rounded = (product + 2.0) * terms / least;
+                let errors = decay.errors(&DecayPanel {
+                    speed: *speed,
+                    slip,
+                    decay: inner,
+                    factors: factors / speed,
+                    decays: inners,
+                    left_out: rest / speed,
+                    range: range / speed,
+                    wide: wide / speed,
+                    largest,
+                    of_product: product,
+                    of_scaled: (4 + 2 * shortenings) as f64,
+                });
+                // What vanishes is dropped: it grows by no power of the width.
+                let ([cut, rounded], dropped) = match inner[0] == 0.0 {
+                    true => ([0.0; 2], largest),
+                    false => (errors, 0.0),
+                };
+                let [steepest, _] = decay.rates(largest * (1.0 + 1e-12));
                 LawBounds {
-                    truncation: falling * rest / least,
-                    rounding: UNIT * (falling * rounded + short),
-                    slope: falling / speed / (least * least),
+                    truncation: falling * cut,
+                    rounding: UNIT * (falling * rounded + short) + falling * dropped,
+                    slope: viscous + falling / speed * steepest,
                 }
             }
             FrictionLaw::Tabulated(table) => {
@@ -276,12 +222,7 @@ impl LawSeries {
                 let ends = table.speeds[*piece..].iter().take(2);
                 let near = ends.filter(|&border| (slip[0] - border).abs() <= wide);
                 let of_neighbours = near.map(|end| table.steepest(end - beyond, end + beyond));
-                // sum of |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
-                let (mut higher, mut product_rest) = (0.0, 0.0);
-                for m in 1..COEFFICIENTS {
-                    higher += inner[COEFFICIENTS - m].abs();
-                    product_rest += slip[m].abs() * higher;
-                }
+                let product_rest = terms_left_out(slip, inner);
                 let terms = far * (size(inner) + (c.abs() + d.abs() * far) * far);
                 LawBounds {
                     truncation: far * d.abs() * rest + product_rest,
@@ -299,13 +240,10 @@ impl LawSeries {
         let Self { slip, inner, piece, .. } = self;
         match law {
             FrictionLaw::Linear { slope, .. } => std::array::from_fn(|k| constant(k, *slope)),
-            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+            FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let factor = -(at_rest - kinetic) / speed;
-                std::array::from_fn(|k| constant(k, *viscous) + factor * inner[k])
-            }
-            FrictionLaw::Rational { at_rest, kinetic, speed } => {
-                let factor = -(at_rest - kinetic) / speed;
-                product(inner, inner).map(|c| factor * c)
+                let rates = decay.rate_series(inner);
+                std::array::from_fn(|k| constant(k, *viscous) + factor * rates[k])
             }
             FrictionLaw::Tabulated(table) => {
                 let [_, b, c, d] = table.pieces[*piece];
@@ -346,9 +284,8 @@ pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// The coefficients of a product.
-pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
-    std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
+fn is_positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
 }
 
 /// Coefficients for a shorter panel, from the powers of the factor.
@@ -356,5 +293,80 @@ pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64;
 pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; ORDERS]) {
     for k in 0..COEFFICIENTS {
         coefficients[k] *= powers[k];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::friction::decay::Decay;
+
+    /// The sum of a polynomial with rounding of a few units of its terms.
+    fn at(coefficients: &[f64], s: f64) -> f64 {
+        coefficients.iter().rev().fold(0.0, |sum, c| sum.mul_add(s, *c))
+    }
+
+    /// The law along a slip speed that is a polynomial, as a panel has it.
+    fn series(law: &FrictionLaw, slip: &[f64; COEFFICIENTS]) -> (LawSeries, FactorSums) {
+        let (mut series, mut lefts) = (LawSeries::default(), [0.0; COEFFICIENTS]);
+        for k in 0..COEFFICIENTS {
+            let middle = (1..k).map(|j| lefts[j] * series.inner[k - j]).sum();
+            (_, [lefts[k], _]) = series.extend(law, k, slip[k], middle);
+        }
+        let left_out = terms_left_out(&lefts, &series.inner);
+        let sums = FactorSums {
+            left: [size(&lefts), size(&series.excess)],
+            right: [size(&series.inner), 0.0],
+            left_out: [left_out, 0.0],
+        };
+        (series, sums)
+    }
+
+    proptest! {
+        /// The polynomial of every decay is within its bounds of the formula, its slope within those of the slope, and the
+        /// bounds are small: of a slip speed that moves as far as the decay allows, or less.
+        #[test]
+        fn decays_are_within_their_bounds_of_their_formulas(
+            start in 0.0..5.0f64,
+            far in -4.0..0.0f64,
+            signs in proptest::array::uniform29(-1.0..1.0f64),
+            at_rest in 0.1..1.0f64,
+            kinetic in 0.1..1.0f64,
+            speed in 0.01..1.0f64,
+            viscous in 0.0..0.5f64,
+        ) {
+            for &(name, decay) in Decay::NAMES {
+                let law = FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay };
+                let reach = 0.5 * speed * decay.reach(start) * far.exp2();
+                let mut slip = [0.0; COEFFICIENTS];
+                for (k, (value, sign)) in slip.iter_mut().zip(signs).enumerate() {
+                    *value = if k == 0 { start * speed } else { 0.5 * sign * reach * 0.5_f64.powi(k as i32) };
+                }
+                let (series, sums) = series(&law, &slip);
+                let bounds = series.bounds(&law, 0.0, 0, &sums);
+                let slopes = series.slopes(&law);
+                prop_assert!(bounds.truncation < 1e-6, "{name}: {:e}", bounds.truncation);
+                for s in (0..=16).map(|k| f64::from(k) / 16.0) {
+                    let here = at(&slip, s);
+                    let off = (at(&series.excess, s) - law.excess(here)).abs();
+                    // Of the formula, and of S.
+                    let rounding = 32.0 * UNIT * (law.value(here) + at_rest + bounds.slope * here.abs());
+                    let bound = bounds.truncation + bounds.rounding + rounding;
+                    prop_assert!(off <= bound, "{name} at {s}: {off:e} {bound:e}");
+                    let slope = law.slope(here);
+                    prop_assert!(slope.abs() <= bounds.slope, "{name} at {s}: {slope} {}", bounds.slope);
+                    prop_assert!(series.least_slope(&law, 0.0) <= slope + 1e-9 * slope.abs());
+                    let apart = (at(&slopes, s) - slope).abs();
+                    prop_assert!(apart <= 1e-6 * bounds.slope, "{name} at {s}: {apart:e}");
+                    let step = 1e-4 * (speed + here.abs());
+                    let numeric = (law.value(here + step) - law.value(here - step)) / (2.0 * step);
+                    prop_assert!((numeric - slope).abs() <= 1e-5 * bounds.slope, "{name}: {numeric} {slope}");
+                }
+                let level = law.value(speed * decay.level()) - viscous * speed * decay.level() - kinetic;
+                prop_assert!(level.abs() <= 0.011 * (at_rest - kinetic).abs());
+            }
+        }
     }
 }
