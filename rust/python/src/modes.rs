@@ -20,7 +20,7 @@ pub struct Reduced {
 impl Reduced {
     pub fn new(scene: &core::Scene, inner: core::Reduced) -> Result<Self, core::Error> {
         let (right_basis, left_basis) = inner.bases(scene)?;
-        let statics = core::scene::Statics::new(scene, &inner)?;
+        let statics = core::scene::Statics::new(scene, &inner);
         Ok(Self { inner, right_basis, left_basis, statics })
     }
 }

@@ -93,7 +93,7 @@ pub(crate) fn coordinates_at(
         let consistent = match status {
             Status::Sticking => slip.abs() <= speed_tolerance,
             // It follows from forces.
-            _ if scene.flows(contact) => status.friction_sign() * slip <= speed_tolerance,
+            _ if scene.creeps(contact) => status.friction_sign() * slip <= speed_tolerance,
             Status::Positive => slip <= 0.0 || law.static_friction == 0.0,
             _ => slip >= 0.0 || law.static_friction == 0.0,
         };
@@ -170,7 +170,7 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
         let mut held = q.to_vec();
         let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
         closed.for_each(|(law, _)| held[law.normal] = law.closed());
-        for (contact, own) in scene.flowing(&state.combination) {
+        for (contact, own) in scene.creeping(&state.combination) {
             let law = &scene.contacts[contact];
             if law.tangential >= scene.dofs {
                 let normal = scene.reaction_value(law.normal, &held, u);
@@ -188,7 +188,7 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
     for (contact, (law, (&status, force))) in
         scene.contacts.iter().zip(statuses.iter().zip(forces)).enumerate()
     {
-        let held = status == Status::Sticking || status.is_sliding() && scene.flows(contact);
+        let held = status == Status::Sticking || status.is_sliding() && scene.creeps(contact);
         if held && law.tangential >= scene.dofs {
             q[law.tangential] += force / spring(law);
         }
@@ -270,7 +270,7 @@ fn departure_without_mass(
     u: &[f64],
 ) -> Option<Departure> {
     let law = &scene.contacts[contact];
-    if status.is_sliding() && scene.flows(contact) {
+    if status.is_sliding() && scene.creeps(contact) {
         let slip = u[law.tangential] - law.slider_speed;
         let begins = slip.abs() <= START_TOLERANCE * law.slider_speed.abs();
         return Some(if begins { Departure::Slip(1) } else { Departure::None });

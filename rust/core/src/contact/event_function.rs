@@ -17,7 +17,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::problem::dependent::{MOST, eliminated};
 use crate::error::input::Error;
-use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -163,14 +163,13 @@ fn of_contact(
         Status::Positive | Status::Negative => {
             let sign = status.friction_sign();
             // Where slip has no mass, |s| follows from `R = mu(|s|) N`, and both vanish at once.
-            let slip = || match scene.flows(contact) {
+            let slip = || match scene.creeps(contact) {
                 true => Functional::sum([(sign, &friction), (-law.friction, &normal)].into_iter()),
                 false => slip_velocity(scene, contact).scaled(-sign),
             };
             let slip = (law.static_friction > 0.0).then(|| function(EventKind::Velocity, slip()));
             // A given normal force does not vanish.
-            let opens = law.directions != Directions::Tangential;
-            let release = opens.then(|| EventFunction {
+            let release = law.opens().then(|| EventFunction {
                 forces: vec![(n, 1.0)],
                 ..function(EventKind::Release, normal)
             });
@@ -212,7 +211,7 @@ fn undetermined_functions(
         if status == Status::Sticking {
             limits.push((i, EventKind::SlipPositive, law.static_friction, -1.0));
             limits.push((i, EventKind::SlipNegative, law.static_friction, 1.0));
-        } else if status.is_closed() && law.directions != Directions::Tangential {
+        } else if status.is_closed() && law.opens() {
             limits.push((i, EventKind::Release, 1.0, 0.0));
         }
     }

@@ -29,7 +29,7 @@ pub(crate) fn friction_dampers(
         sliding.map(|(contact, law)| Some((contact, law.linear()?))).collect();
     let slopes = slopes.filter(|slopes| !slopes.is_empty())?;
     // A damper on a coordinate without mass leaves an equation of first order.
-    if scene.flowing(combination).next().is_some() {
+    if scene.creeping(combination).next().is_some() {
         return None;
     }
     // Where its slip is a sum of others that vibrating sliders carry along, a damper would have to follow these, too.

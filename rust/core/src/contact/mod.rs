@@ -15,3 +15,6 @@ pub(crate) mod transition;
 pub use admissible_start::{forces_of_state, start_coordinates};
 pub use contact_forces::undetermined;
 pub use event_kind::{EventKind, NO_CONTACT};
+
+#[cfg(test)]
+mod tests;

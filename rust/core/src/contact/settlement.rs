@@ -14,7 +14,8 @@ pub(crate) enum Departure {
     Slip(u8),
     /// The gap: 1 after a bounce or a release without mass, 2 when a normal force was already negative, 3 after a release.
     Gap(u8),
-    /// Normal force, and both bounds of what sticks, of a contact without mass: 1 after its gap has closed.
+    /// How many derivatives of N, and of `mu_static N +- T` of a sticking contact, vanish at the start of the phase: 1 after the
+    /// gap of a massless contact has closed.
     Force(u8),
     /// The bound in one direction of what sticks without mass: 2 after slip has come to an end, 1 when another contact
     /// has ended it.
@@ -109,7 +110,7 @@ impl Settlement {
         let of_nodes = |function: &&EventFunction| {
             function.trigger == EventKind::Velocity
                 && !scene.contacts[function.contact].tangential_has_mass()
-                && !scene.flows(function.contact)
+                && !scene.creeps(function.contact)
         };
         for EventFunction { contact, functional, .. } in functions.iter().filter(of_nodes) {
             let rounding = NODE_ROUNDING * functional.magnitude(q, u);

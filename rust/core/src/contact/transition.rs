@@ -101,11 +101,11 @@ pub(crate) fn settle(
     Ok(())
 }
 
-/// What begins to slip takes the nodes along that it has held at their friction limit: a node under a given normal force
-/// that came to rest with its body stays there until the body slips. Either its spring is stretched further, and it slips
-/// with the body in the same instant; or it sticks, and its force leaves the limit one order of time later than the slip of
-/// the body leaves zero. The same holds for a node that still slides, at slip velocity zero, since an impact has stopped
-/// its body.
+/// When a body starts to slip, massless nodes on it that are at their friction limit may start with it: a node under a given
+/// normal force that came to rest with its body stays there until the body slips. Two outcomes: the slip stretches the spring of
+/// the node further, and the node slips with the body in the same instant; or the node sticks, and its force leaves the limit
+/// one order of time later than the slip of the body leaves zero. The same holds for a node that still slides, at slip velocity
+/// zero, since an impact has stopped its body.
 fn take_along(
     scene: &Scene,
     among: impl Iterator<Item = usize> + Clone,
@@ -123,7 +123,7 @@ fn take_along(
                 && law.static_friction == law.friction
                 && law.friction > 0.0
                 && settlement.statuses[node].is_closed();
-            let by_itself = law.tangential_has_mass() || scene.flows(node);
+            let by_itself = law.tangential_has_mass() || scene.creeps(node);
             if by_itself || !held || tie == 0.0 || !rests(scene, law, u) {
                 continue;
             }

@@ -145,8 +145,8 @@ impl Path {
             Series::linear(column(fixed.force(&scene.force)), column(slope))
         };
         let ends = [
-            Statics::new(scene, &reduced)?,
-            Statics::new(other, &Reduced::new(other, combination)?)?,
+            Statics::new(scene, &reduced),
+            Statics::new(other, &Reduced::new(other, combination)?),
         ];
         let load = (!contacts.is_empty()).then(load);
         let piece = Piece {

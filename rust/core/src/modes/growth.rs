@@ -20,7 +20,6 @@ use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
-use crate::scene::reduction::bases::Reduction;
 use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};
 
@@ -88,10 +87,8 @@ impl Growth {
 
     /// The verdict on one combination of a scene.
     pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        scene.check_combination(combination)?;
-        let scene = &*scene.moving(combination)?;
-        let reduction = Reduction::new(scene, combination).checked(combination)?;
-        pencil_growth(&Pencil::new(scene, combination, &reduction))
+        let (moving, reduction) = scene.in_motion(combination)?;
+        pencil_growth(&Pencil::new(&moving, combination, &reduction))
     }
 }
 

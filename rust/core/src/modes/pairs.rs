@@ -12,7 +12,6 @@ use crate::modes::complex_modes::{normalised, shape};
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::scene::model::Scene;
-use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
 /// Relative correction above which a quotient belongs to no eigenvalue near the given one.
@@ -35,11 +34,8 @@ pub struct JudgedPair {
 
 /// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
 pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
-    scene.check_combination(combination)?;
-    let scene = &*scene.moving(combination)?;
-    let reduction = Reduction::new(scene, combination).checked(combination)?;
-    Ok([&scene.mass, &scene.damping, &scene.stiffness]
-        .map(|matrix| reduction.sparse_matrix(matrix)))
+    let (moving, reduction) = scene.in_motion(combination)?;
+    Ok(moving.matrices().map(|matrix| reduction.sparse_matrix(matrix)))
 }
 
 /// Each pair with its eigenvalue corrected on the stated matrices of a combination; vectors are m long.
@@ -48,11 +44,11 @@ pub fn judged_pairs(
     combination: &Combination,
     pairs: Vec<Triple>,
 ) -> Result<Vec<JudgedPair>, Error> {
-    let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
-    let moving = &*scene.moving(combination)?;
-    let reduction = Reduction::new(moving, combination);
-    let pencil = Pencil::new(moving, combination, &reduction);
-    let over_dofs = |right: &[Complex64]| shape(scene, moving, &reduction, right);
+    let (moving, reduction) = scene.in_motion(combination)?;
+    let row_sum = |matrix| largest_row_sum(&reduction.sparse_matrix(matrix));
+    let norms = moving.matrices().map(row_sum);
+    let pencil = Pencil::new(&moving, combination, &reduction);
+    let over_dofs = |right: &[Complex64]| shape(scene, &moving, &reduction, right);
     let damping = |k: usize| match &pencil.damping {
         PencilDamping::General(rows) => rows.get(k, k).high,
         PencilDamping::Proportional { .. } => 0.0,

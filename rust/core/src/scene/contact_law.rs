@@ -150,6 +150,11 @@ impl Contact {
         0.0 - self.gap
     }
 
+    /// Whether it can open: its normal force is not given.
+    pub(crate) fn opens(&self) -> bool {
+        self.directions != Directions::Tangential
+    }
+
     pub(crate) fn normal_has_mass(&self) -> bool {
         self.inertia == Inertia::Full
     }

@@ -106,7 +106,7 @@ impl EquationOfMotion {
     }
 
     /// The coordinates without mass that are states of first order.
-    pub fn flowing(&self) -> &[usize] {
+    pub fn creeping(&self) -> &[usize] {
         &self.reduction.states[self.reduction.kept.len()..]
     }
 

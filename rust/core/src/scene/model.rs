@@ -46,7 +46,7 @@ pub struct Scene {
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
     pub(crate) mass: SparseMatrix,
-    /// What is known of that M, unless it is diagonal; also of a diagonal one where contacts are the border of the stiffness.
+    /// Factor and norm of M. None if M is diagonal and the stiffness is no arrow matrix; norms are then the largest entry.
     pub(crate) coupled_mass: Option<Arc<CoupledMass>>,
     /// C + G.
     pub(crate) damping: SparseMatrix,
@@ -241,6 +241,11 @@ impl Scene {
         }
     }
 
+    /// M, C + G and K + H in contact coordinates.
+    pub(crate) fn matrices(&self) -> [&SparseMatrix; 3] {
+        [&self.mass, &self.damping, &self.stiffness]
+    }
+
     /// Number of dofs.
     pub fn dofs(&self) -> usize {
         self.dofs
@@ -312,8 +317,8 @@ impl Scene {
     /// The state of contact coordinates.
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
         let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
-            let flows = status.is_sliding() && self.flows(contact);
-            let holds = (status == Status::Sticking || flows) && law.tangential >= self.dofs;
+            let creeps = status.is_sliding() && self.creeps(contact);
+            let holds = (status == Status::Sticking || creeps) && law.tangential >= self.dofs;
             if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }
         };
         let laws = self.contacts.iter().zip(combination.statuses()).enumerate();

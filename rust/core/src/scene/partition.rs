@@ -64,7 +64,7 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
     };
     let parts = components(n, |i, found| {
         found.extend_from_slice(&partner[i]);
-        for matrix in [&scene.mass, &scene.damping, &scene.stiffness].into_iter().chain(&mirrored) {
+        for matrix in scene.matrices().into_iter().chain(&mirrored) {
             entries(matrix, i, found, false);
         }
     });
@@ -116,7 +116,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
             terms: within.collect::<Option<_>>()?,
         })
     });
-    let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
+    let [mass, damping, stiffness] = scene.matrices().map(matrix);
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);

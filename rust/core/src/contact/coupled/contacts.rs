@@ -6,7 +6,6 @@ use crate::contact::problem::conditions::{Case, Conditions};
 use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::contact::settlement::sliding_status;
 use crate::error::run::{Level, RunFailure};
-use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -200,7 +199,7 @@ impl Coupled<'_> {
                     case: sliding.map_or(Case::Resting, Case::Sliding),
                     friction: self.scene.friction_at(i, u),
                     static_friction: contacts[i].static_friction,
-                    opens: contacts[i].directions != Directions::Tangential,
+                    opens: contacts[i].opens(),
                 };
                 if level == Level::Impulses {
                     // Where mass couples contacts, impulses have friction in any case.
@@ -293,8 +292,8 @@ impl Coupled<'_> {
     pub fn strike(&self, touching: &[usize], q: &[f64], u: &mut [f64]) -> Result<(), RunFailure> {
         let contacts = &self.scene.contacts;
         // A given normal force has no impulse.
-        let opens = |i: &usize| contacts[*i].directions != Directions::Tangential;
-        let touching: Vec<usize> = touching.iter().copied().filter(opens).collect();
+        let touching = touching.iter().copied().filter(|&i| contacts[i].opens());
+        let touching: Vec<usize> = touching.collect();
         let problem: Vec<Touching> = touching.iter().map(|&i| (i, None)).collect();
         let before = u.to_vec();
         let rebound = |i: usize| -contacts[i].restitution * before[contacts[i].normal].min(0.0);

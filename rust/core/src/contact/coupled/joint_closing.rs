@@ -7,7 +7,6 @@ use crate::contact::settlement::Series;
 use crate::error::run::RunFailure;
 use crate::linalg::dense::{apply, solve};
 use crate::numerics::singular_values::pseudo_inverse;
-use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -75,10 +74,7 @@ pub(crate) fn close_jointly(
         let pressed: Vec<(usize, f64)> = problem
             .iter()
             .enumerate()
-            .filter(|(k, (i, _))| {
-                let opens = contacts[*i].directions != Directions::Tangential;
-                opens && solution.statuses[*k].is_closed()
-            })
+            .filter(|(k, (i, _))| contacts[*i].opens() && solution.statuses[*k].is_closed())
             .map(|(k, &(i, _))| (i, solution.forces[2 * k + 1]))
             .collect();
         let count = moving.len();

@@ -1,7 +1,7 @@
 //! Contact forces whose directions depend on each other: which part of the forces is determined, and which of their
 //! inequalities can hold at once.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::numerics::singular_values::SingularValues;
 use crate::scene::status::Status;
@@ -133,16 +133,8 @@ pub(crate) fn eliminated(b: &DMatrix<f64>) -> Option<Vec<Vec<(usize, f64)>>> {
 
 /// As many rows as there are columns that are independent, the largest remainder first.
 fn independent_rows(space: &DMatrix<f64>) -> Vec<usize> {
-    let mut rest = space.clone();
-    let mut rows = Vec::new();
-    for _ in 0..space.ncols() {
-        let row =
-            (0..rest.nrows()).max_by(|&i, &j| rest.row(i).norm().total_cmp(&rest.row(j).norm()));
-        let row = row.unwrap_or_default();
-        let unit = rest.row(row).normalize();
-        let parts = &rest * unit.transpose();
-        rest -= parts * unit;
-        rows.push(row);
-    }
-    rows
+    let pivots = space.transpose().col_piv_qr();
+    let mut rows = RowDVector::from_fn(space.nrows(), |_, row| row);
+    pivots.p().permute_columns(&mut rows);
+    rows.iter().copied().take(space.ncols()).collect()
 }

@@ -11,7 +11,7 @@ use crate::contact::problem::conditions::{Case, Conditions};
 use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
 use crate::error::run::{Level, RunFailure};
-use crate::scene::contact_law::{Contact, Directions, Inertia};
+use crate::scene::contact_law::{Contact, Inertia};
 use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -51,31 +51,31 @@ pub(crate) fn settle_group(
     let slips = |k: usize| law(k).inertia == Inertia::None;
     let count = group.contacts.len();
     // Where slip follows from a law, the place is a state, and nothing jumps.
-    let flows = |k: usize| scene.flows(group.contacts[k]);
+    let creeps = |k: usize| scene.creeps(group.contacts[k]);
     let opens = |k: usize| matches!(own[k], Some(EventKind::Closing | EventKind::Release));
-    if let Some(k) = (0..count).find(|&k| flows(k) && opens(k) && !event.is_apart(law(k))) {
+    if let Some(k) = (0..count).find(|&k| creeps(k) && opens(k) && !event.is_apart(law(k))) {
         return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
     }
     let jumps: Vec<bool> =
-        (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some() && !flows(k)).collect();
+        (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some() && !creeps(k)).collect();
     let jump = switched || jumps.contains(&true);
     let mut statuses = before.clone();
     if jump {
         let cases = (0..count).map(|k| match (onset(k), before[k]) {
             (Some(towards), _) if jumps[k] => Case::Jumping { towards },
-            (_, before) if flows(k) && before.is_closed() => Case::Settled(Status::Sticking),
+            (_, before) if creeps(k) && before.is_closed() => Case::Settled(Status::Sticking),
             (_, before) => Case::Beside { before },
         });
         statuses = event.jump(cases.collect(), q)?;
         if let Some(k) =
-            (0..count).find(|&k| flows(k) && statuses[k].is_closed() != before[k].is_closed())
+            (0..count).find(|&k| creeps(k) && statuses[k].is_closed() != before[k].is_closed())
         {
             return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
         }
     }
     let mut departing = vec![Departure::None; count];
-    for k in (0..count).filter(|&k| flows(k) && before[k].is_closed()) {
-        (statuses[k], departing[k]) = event.flow(group.contacts[k], own[k], before[k], jump, q);
+    for k in (0..count).filter(|&k| creeps(k) && before[k].is_closed()) {
+        (statuses[k], departing[k]) = event.creep(group.contacts[k], own[k], before[k], jump, q);
     }
     let cases: Vec<Case> = (0..count)
         .map(|k| {
@@ -89,7 +89,7 @@ pub(crate) fn settle_group(
                 _ if touches => Case::Touching,
                 (Status::Detached, _) => Case::Settled(Status::Detached),
                 // Its velocity is given, as that of what sticks.
-                _ if flows(k) => Case::Settled(Status::Sticking),
+                _ if creeps(k) => Case::Settled(Status::Sticking),
                 _ if !slips(k) => Case::Settled(Status::Positive),
                 (_, Some(towards)) if law(k).static_friction > 0.0 => Case::Slipping {
                     towards,
@@ -104,7 +104,7 @@ pub(crate) fn settle_group(
     let impact = triggers.iter().any(|trigger| trigger.1 == EventKind::Impact);
     let ended: Option<Vec<Status>> = (!jump && !impact).then(|| {
         let goes_on = |k: usize| match before[k].is_closed() {
-            true if flows(k) => Status::Sticking,
+            true if creeps(k) => Status::Sticking,
             true if !slips(k) => Status::Positive,
             _ => before[k],
         };
@@ -113,7 +113,7 @@ pub(crate) fn settle_group(
     let answer = event.rates(&cases, ended.as_deref(), &statuses, q, u)?;
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
-        if flows(k) {
+        if creeps(k) {
             let (status, departure) = match (cases[k], after) {
                 (Case::Touching, Status::Detached) => (after, Departure::Gap(1)),
                 (Case::Touching, Status::Sticking) => (after, Departure::Force(1)),
@@ -216,7 +216,7 @@ impl GroupEvent<'_> {
     /// Status and departure of a closed contact whose slip speed follows from its friction force by a law: this force is a
     /// function of the places, which the event leaves unless others have jumped. Slip begins and ends with the slip speed zero
     /// where static friction is that of the law at rest.
-    fn flow(
+    fn creep(
         &self,
         contact: usize,
         own: Option<EventKind>,
@@ -266,7 +266,7 @@ impl GroupEvent<'_> {
                 case,
                 friction: slips * law.friction,
                 static_friction: slips * law.static_friction,
-                opens: law.directions != Directions::Tangential,
+                opens: law.opens(),
             }
         });
         ContactProblem { sizes, ..ContactProblem::new(conditions.collect(), level, w, a0) }
@@ -294,9 +294,9 @@ impl GroupEvent<'_> {
         let (free, sizes) = self.free(u, 0.0);
         let contacts = self.group.contacts.iter().zip(statuses).zip(cases);
         let speed = |((&contact, &status), &case): ((&usize, &Status), &Case)| {
-            let flows = status.is_sliding() && self.scene.flows(contact);
-            match flows && case != Case::Touching {
-                true => self.scene.flow_rate(contact, status, q),
+            let creeps = status.is_sliding() && self.scene.creeps(contact);
+            match creeps && case != Case::Touching {
+                true => self.scene.creep_rate(contact, status, q),
                 false => self.scene.contacts[contact].slider_speed,
             }
         };

@@ -61,7 +61,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if carried {
         return false;
     }
-    let flows = moving.flowing(combination).next().is_some();
+    let flows = moving.creeping(combination).next().is_some();
     let scene = &*moving.at_steady_sliding();
     let Ok(reduced) = Reduced::new(scene, combination) else { return false };
     let mut cursor = Cursor::new(run);
@@ -193,7 +193,7 @@ impl<'a> Laws<'a> {
                 None => reaction(steady, sliding.normal),
             };
             let speed = sliding.slider_speed.abs();
-            let (yields, until) = match moving.flows(contact) {
+            let (yields, until) = match moving.creeps(contact) {
                 true => (
                     1.0 / (pressed[contact].abs() * law.slope(speed)),
                     law.rises_until().unwrap_or(0.0),

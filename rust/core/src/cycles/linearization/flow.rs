@@ -79,7 +79,7 @@ impl<'a> Flow<'a> {
             .iter()
             .copied()
             .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.structure()))
-            .chain(equation.flowing().iter().copied())
+            .chain(equation.creeping().iter().copied())
             .chain(kept.iter().map(|&k| scene.size + k))
             .collect();
         free.sort_unstable();
@@ -179,7 +179,7 @@ impl<'a> Flow<'a> {
         }
         following.for_each(|k| moving[k] = true);
         // Velocities that follow from forces move with these.
-        self.equation.flowing().iter().for_each(|k| moving[n + k] = true);
+        self.equation.creeping().iter().for_each(|k| moving[n + k] = true);
         if self.law().is_some() {
             let (motion, from) = &mut *self.running.borrow_mut();
             let (q, u) = start.split_at(n);
@@ -238,7 +238,7 @@ impl<'a> Flow<'a> {
     /// `y' = (q', q'')`
     pub fn field(&self, state: &[f64]) -> Vec<f64> {
         let mut field = self.rate(state, 1.0, &self.friction(state));
-        if let Some(law) = self.law().filter(|_| !self.equation.flowing().is_empty()) {
+        if let Some(law) = self.law().filter(|_| !self.equation.creeping().is_empty()) {
             let (speed, acceleration) = field.split_at_mut(self.scene.size);
             law.accelerate_flows(&state[..self.scene.size], speed, acceleration);
             if let Some(condensed) = &self.basis.condensed {
@@ -267,7 +267,7 @@ impl<'a> Flow<'a> {
         let (speed, acceleration) = field.split_at_mut(n);
         self.equation.accelerate(&mut residual, acceleration);
         let Reduction { kept, sticking, .. } = &self.equation.reduction;
-        kept.iter().chain(self.equation.flowing()).for_each(|&k| speed[k] = u[k]);
+        kept.iter().chain(self.equation.creeping()).for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
         if let Some(condensed) = &self.basis.condensed {
             condensed.slaved.follow_rates(speed);

@@ -81,7 +81,7 @@ impl LawOperator {
             let mut acceleration = vec![0.0; own.size];
             taylor.equation.accelerate(&mut along, &mut acceleration);
             let sign = combination.statuses()[contact].friction_sign();
-            let flow = scene.flows(contact).then(|| {
+            let flow = scene.creeps(contact).then(|| {
                 let friction = reaction(scene, tangential).scaled(sign);
                 Flow {
                     coordinate: tangential,

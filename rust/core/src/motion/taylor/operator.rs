@@ -142,7 +142,7 @@ impl TaylorOperator {
         let fitted = equation.fitted.clone();
         let scene = fitted.as_deref().unwrap_or(scene);
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
-        let dense = match equation.flowing() {
+        let dense = match equation.creeping() {
             [] => Rows::new(scene, &equation.reduction, equation.moving(), &[], &[]),
             _ => None,
         };
@@ -177,10 +177,10 @@ impl TaylorOperator {
         let balanced =
             |stiffness: f64| if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
         operator.omega = balanced(stiffness);
-        if !operator.equation.flowing().is_empty() {
+        if !operator.equation.creeping().is_empty() {
             // Any positive weight is valid as well: with that of the mass which the spring of the coordinate would swing at
             // omega, it counts as much as the others.
-            for &k in operator.equation.flowing() {
+            for &k in operator.equation.creeping() {
                 let spring = scene.stiffness.get(k, k).abs();
                 operator.weight[k] =
                     (if spring > 0.0 { spring } else { 1.0 }).sqrt() / operator.omega;
@@ -325,7 +325,7 @@ impl TaylorOperator {
             let sum = |row: usize| -> f64 {
                 let moves = |k: usize| {
                     reduction.place(k).is_some()
-                        || self.weight[k] > 0.0 && self.equation.flowing().contains(&k)
+                        || self.weight[k] > 0.0 && self.equation.creeping().contains(&k)
                 };
                 let entries = matrix.row(row).filter(|entry| moves(entry.0));
                 entries.map(|(k, value)| value.abs() / self.weight[k]).sum()

@@ -246,16 +246,19 @@ impl Coordinates {
         column
     }
 
+    /// A vector times one of the matrices of T.
+    fn applied(&self, of: fn(&Transform) -> &SparseMatrix, x: &[f64]) -> Vec<f64> {
+        self.transform.as_ref().map_or_else(|| x.to_vec(), |transform| of(transform).apply(x))
+    }
+
     /// `T q`
     pub fn to_dofs(&self, q: &[f64]) -> Vec<f64> {
-        let q = &q[..self.dofs];
-        self.transform.as_ref().map_or_else(|| q.to_vec(), |transform| transform.forward.apply(q))
+        self.applied(|transform| &transform.forward, &q[..self.dofs])
     }
 
     /// `T^-1 x`
     pub fn of_dofs(&self, x: &[f64]) -> Vec<f64> {
-        let applied = |transform: &Transform| transform.inverse.apply(x);
-        let mut q = self.transform.as_ref().map_or_else(|| x.to_vec(), applied);
+        let mut q = self.applied(|transform| &transform.inverse, x);
         q.resize(self.size(), 0.0);
         self.dependents.follow_rates(&mut q);
         q
@@ -263,8 +266,7 @@ impl Coordinates {
 
     /// `T' f`: forces on the coordinates from forces on the dofs.
     pub fn forces_of_dofs(&self, force: &[f64]) -> Vec<f64> {
-        let applied = |transform: &Transform| transform.transposed.apply(force);
-        let mut forces = self.transform.as_ref().map_or_else(|| force.to_vec(), applied);
+        let mut forces = self.applied(|transform| &transform.transposed, force);
         forces.resize(self.size(), 0.0);
         forces
     }

@@ -69,17 +69,17 @@ impl Scene {
         fitted.as_ref().unwrap_or(&self.dependents).follow_rates(u);
     }
 
+    /// The coordinates that statuses hold: of closed gaps, and of what sticks.
+    pub(crate) fn held<'a>(&'a self, statuses: &'a [Status]) -> impl Iterator<Item = usize> + 'a {
+        self.contacts.iter().zip(statuses).flat_map(|(contact, &status)| {
+            let normal = status.is_closed().then_some(contact.normal);
+            normal.into_iter().chain((status == Status::Sticking).then_some(contact.tangential))
+        })
+    }
+
     /// The scene in coordinates of x that include all directions that a combination holds, as far as they are independent.
     pub(crate) fn fitted(&self, combination: &Combination) -> Cow<'_, Self> {
-        let held: Vec<usize> = self
-            .contacts
-            .iter()
-            .zip(combination.statuses())
-            .flat_map(|(law, &status)| {
-                let normal = status.is_closed().then_some(law.normal);
-                normal.into_iter().chain((status == Status::Sticking).then_some(law.tangential))
-            })
-            .collect();
+        let held: Vec<usize> = self.held(combination.statuses()).collect();
         match self.dependents_beside(&held) {
             None => Cow::Borrowed(self),
             Some(dependents) => Cow::Owned(self.in_terms_of(dependents)),

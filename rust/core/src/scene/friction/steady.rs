@@ -63,7 +63,7 @@ impl Scene {
     }
 
     /// Those of them whose slip has no mass, so that their tangential coordinate is a state of first order.
-    pub(crate) fn flowing<'a>(
+    pub(crate) fn creeping<'a>(
         &'a self,
         combination: &'a Combination,
     ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
@@ -71,7 +71,7 @@ impl Scene {
     }
 
     /// Whether slip of a contact follows from its friction force by a law, without mass.
-    pub(crate) fn flows(&self, contact: usize) -> bool {
+    pub(crate) fn creeps(&self, contact: usize) -> bool {
         self.friction_law(contact).is_some() && !self.contacts[contact].tangential_has_mass()
     }
 
@@ -80,7 +80,7 @@ impl Scene {
     /// ```text
     /// mu(|s|) N = sigma (K q - F)_t,   q_t' = v - sigma |s|,   sigma = T / (mu N)
     /// ```
-    pub(crate) fn flow_rate(&self, contact: usize, status: Status, q: &[f64]) -> f64 {
+    pub(crate) fn creep_rate(&self, contact: usize, status: Status, q: &[f64]) -> f64 {
         let own = &self.contacts[contact];
         let Some(law) = self.friction_law(contact) else { return own.slider_speed };
         let sign = status.friction_sign();
@@ -182,13 +182,13 @@ impl Scene {
             proportional: None,
             ..steady.into_owned()
         };
-        let mut flowing = Vec::new();
-        for (contact, _) in self.flowing(combination) {
+        let mut creeping = Vec::new();
+        for (contact, _) in self.creeping(combination) {
             scene.contacts[contact].inertia = Inertia::Tangential;
-            flowing.push(scene.contacts[contact].tangential);
+            creeping.push(scene.contacts[contact].tangential);
         }
-        if !flowing.is_empty() {
-            scene.massless = scene.massless.without(&flowing);
+        if !creeping.is_empty() {
+            scene.massless = scene.massless.without(&creeping);
         }
         Cow::Owned(scene)
     }

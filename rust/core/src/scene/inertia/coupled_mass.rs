@@ -17,7 +17,7 @@ use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::inertia::border::{Border, Candidate, Terms};
 use crate::scene::inertia::rates::rate;
 
-/// Number of entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
+/// Entries of a dense inverse of M that cost as much as one entry of its sparse factor, which is applied forwards and backwards.
 const DENSE_ENTRIES: usize = 8;
 
 /// What loads may add to the bound of the stiffness, relative to it.

@@ -10,13 +10,8 @@ use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
 use crate::scene::model::Scene;
 
-/// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
-struct Coupling {
-    row: usize,
-    coordinate: usize,
-    stiffness: f64,
-    damping: f64,
-}
+/// (column, entry) by row: what loads add to K, and to C, at the coordinates that carry them.
+type Couplings = [Vec<Vec<(usize, f64)>>; 2];
 
 impl Scene {
     /// The scene in which the loads of this one move as coordinates of their own; itself without loads.
@@ -30,17 +25,14 @@ impl Scene {
         for Oscillator { coordinate, rate, .. } in drive.oscillators.clone() {
             let scale = scene.scale(&couplings, coordinate, rate) / mass.sqrt();
             drive.rescale(coordinate, scale);
-            let own = couplings.iter_mut().filter(|coupling| coupling.coordinate == coordinate);
-            own.for_each(|coupling| {
-                coupling.stiffness /= scale;
-                coupling.damping /= scale;
-            });
+            let entries = couplings.iter_mut().flatten().flatten();
+            entries.filter(|entry| entry.0 == coordinate).for_each(|entry| entry.1 /= scale);
         }
         let n = scene.size;
         let carriers = drive.oscillators.len() + drive.switches.len();
         let size = n + carriers;
         let extended = |matrix: &SparseMatrix,
-                        entry: fn(&Coupling) -> f64,
+                        further: Option<&Vec<Vec<(usize, f64)>>>,
                         own: &dyn Fn(usize) -> f64| {
             SparseMatrix::from_rows(size, |row, entries| {
                 if row >= n {
@@ -48,16 +40,14 @@ impl Scene {
                     return;
                 }
                 entries.extend(matrix.row(row));
-                let first = couplings.partition_point(|coupling| coupling.row < row);
-                let of_row = couplings[first..].iter().take_while(|coupling| coupling.row == row);
-                entries.extend(of_row.map(|coupling| (coupling.coordinate, entry(coupling))));
+                entries.extend(further.into_iter().flat_map(|rows| &rows[row]));
             })
         };
         let spring =
             |k: usize| drive.oscillators.get(k).map_or(0.0, |one| mass * one.rate * one.rate);
-        let mass_matrix = extended(&scene.mass, |_| 0.0, &|_| mass);
-        let damping = extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0);
-        let stiffness = extended(&scene.stiffness, |coupling| coupling.stiffness, &spring);
+        let mass_matrix = extended(&scene.mass, None, &|_| mass);
+        let damping = extended(&scene.damping, Some(&couplings[1]), &|_| 0.0);
+        let stiffness = extended(&scene.stiffness, Some(&couplings[0]), &spring);
         // Held coordinates have no velocity; oscillators are not damped.
         let proportional = scene.proportional.filter(|_| drive.oscillators.is_empty());
         let coupled_mass = coupled_mass(
@@ -145,56 +135,43 @@ impl Scene {
         drive
     }
 
-    /// Ascending by row and coordinate, one entry for each pair.
-    fn couplings(&self, drive: &Drive) -> Vec<Coupling> {
-        let mut couplings: Vec<Coupling> = drive
-            .forces
-            .iter()
-            .map(|force| Coupling {
-                row: force.row,
-                coordinate: force.coordinate,
-                stiffness: -force.factor,
-                damping: 0.0,
-            })
-            .collect();
+    /// Ascending by column, one entry for each.
+    fn couplings(&self, drive: &Drive) -> Couplings {
+        let mut couplings = [(); 2].map(|()| vec![Vec::new(); self.size]);
+        let [stiffness, damping] = &mut couplings;
+        for force in &drive.forces {
+            stiffness[force.row].push((force.coordinate, -force.factor));
+        }
         for carried in &drive.carried {
             let Oscillator { coordinate, rate, .. } = carried.oscillator;
-            let at =
-                |matrix: &SparseMatrix, row| carried.factor * matrix.get(row, carried.tangential);
-            // M y'' + C y' + K y with y'' = -rate^2 y.
-            couplings.extend((0..self.size).map(|row| Coupling {
-                row,
-                coordinate,
-                stiffness: at(&self.stiffness, row) - rate * rate * at(&self.mass, row),
-                damping: at(&self.damping, row),
-            }));
-        }
-        couplings.retain(|coupling| (coupling.stiffness, coupling.damping) != (0.0, 0.0));
-        couplings.sort_by_key(|coupling| (coupling.row, coupling.coordinate));
-        couplings.dedup_by(|next, kept| {
-            let same = (next.row, next.coordinate) == (kept.row, kept.coordinate);
-            if same {
-                kept.stiffness += next.stiffness;
-                kept.damping += next.damping;
+            for row in 0..self.size {
+                let at =
+                    |matrix: &SparseMatrix| carried.factor * matrix.get(row, carried.tangential);
+                // M y'' + C y' + K y with y'' = -rate^2 y.
+                let spring = at(&self.stiffness) - rate * rate * at(&self.mass);
+                stiffness[row].push((coordinate, spring));
+                damping[row].push((coordinate, at(&self.damping)));
             }
-            same
-        });
+        }
+        couplings.iter_mut().flatten().for_each(summed);
         couplings
     }
 
     /// How far an oscillator moves in mass-weighted coordinates, in which series are bounded: about as much as the
     /// structure would under its load at rest. Nothing feels it.
-    fn scale(&self, couplings: &[Coupling], coordinate: usize, rate: f64) -> f64 {
+    fn scale(&self, couplings: &Couplings, coordinate: usize, rate: f64) -> f64 {
         let weighted = |row: usize| {
             let mass = self.mass.get(row, row);
             if mass > 0.0 { self.stiffness.get(row, row).abs() / mass } else { 0.0 }
         };
         let stiffest = (0..self.size).map(weighted).fold(0.0, f64::max);
         let heaviest = (0..self.size).map(|row| self.mass.get(row, row)).fold(0.0, f64::max);
-        let load = |coupling: &Coupling| {
-            let mass = self.mass.get(coupling.row, coupling.row);
-            let size = coupling.stiffness.abs() + rate * coupling.damping.abs();
-            let stiffness = self.stiffness.get(coupling.row, coupling.row);
+        let load = |row: usize| {
+            let [spring, damper] = couplings.each_ref().map(|rows| {
+                rows[row].iter().find(|entry| entry.0 == coordinate).map_or(0.0, |entry| entry.1)
+            });
+            let size = spring.abs() + rate * damper.abs();
+            let (mass, stiffness) = (self.mass.get(row, row), self.stiffness.get(row, row));
             if mass > 0.0 {
                 size / mass.sqrt() / stiffest.max(rate * rate)
             } else if stiffness > 0.0 {
@@ -203,8 +180,7 @@ impl Scene {
                 0.0
             }
         };
-        let own = couplings.iter().filter(|coupling| coupling.coordinate == coordinate);
-        let scale = own.map(load).fold(0.0, f64::max);
+        let scale = (0..self.size).map(load).fold(0.0, f64::max);
         if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
     }
 }

@@ -34,8 +34,8 @@ pub(crate) struct Condensed {
     /// Coordinate and speed of sticking contacts.
     sticking: Vec<(usize, f64)>,
     /// Contacts that slide by laws, whose coordinates are states of first order; with their statuses.
-    flowing: Vec<(usize, Status)>,
-    /// The scene that is left, where contacts flow.
+    creeping: Vec<(usize, Status)>,
+    /// The scene that is left, where contacts creep.
     scene: Option<Arc<Scene>>,
 }
 
@@ -56,7 +56,7 @@ impl Scene {
     /// the coordinates of the combination if directions depend on each other. If friction depends on slip speed, it is
     /// the scene of small motions about steady sliding.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
-        for (contact, law) in self.flowing(combination) {
+        for (contact, law) in self.creeping(combination) {
             let speed = self.contacts[contact].slider_speed.abs();
             if !law.rises_until().is_some_and(|end| speed < end) {
                 return Err(Error::LevelSteadySliding { contact, speed });
@@ -86,9 +86,9 @@ impl Condensed {
         }
         let (mut closed, mut sticking) = (Vec::new(), Vec::new());
         let mut merged = vec![None; scene.size];
-        let flowing: Vec<(usize, Status)> =
-            scene.flowing(combination).map(|(i, _)| (i, combination.statuses()[i])).collect();
-        let flows = |k: usize| flowing.iter().any(|&(i, _)| scene.contacts[i].tangential == k);
+        let creeping: Vec<(usize, Status)> =
+            scene.creeping(combination).map(|(i, _)| (i, combination.statuses()[i])).collect();
+        let creeps = |k: usize| creeping.iter().any(|&(i, _)| scene.contacts[i].tangential == k);
         for (law, &status) in scene.contacts.iter().zip(combination.statuses()) {
             if law.normal_has_mass() || !status.is_closed() {
                 continue;
@@ -99,13 +99,13 @@ impl Condensed {
             }
             if status == Status::Sticking {
                 sticking.push((law.tangential, law.slider_speed));
-            } else if !flows(law.tangential) {
+            } else if !creeps(law.tangential) {
                 merged[law.tangential] = Some((law.normal, -status.friction_sign() * law.friction));
             }
         }
         let held = |k: usize| {
             closed.iter().any(|one| one.0 == k)
-                || flows(k)
+                || creeps(k)
                 || sticking.iter().any(|stick| stick.0 == k)
         };
         let mut parts = Vec::new();
@@ -131,9 +131,9 @@ impl Condensed {
             )?);
         }
         let slaved = SlavedCoordinates::new(followers);
-        let found = Self { slaved, parts, closed, sticking, flowing, scene: None };
-        let flows = !found.flowing.is_empty();
-        let left = flows.then(|| Arc::new(found.left_of(scene)));
+        let found = Self { slaved, parts, closed, sticking, creeping, scene: None };
+        let creeps = !found.creeping.is_empty();
+        let left = creeps.then(|| Arc::new(found.left_of(scene)));
         Ok(Some(Self { scene: left, ..found }))
     }
 
@@ -171,8 +171,8 @@ impl Condensed {
         self.sticking.iter().for_each(|&(k, speed)| u[k] = speed);
         self.slaved.follow(q);
         if let Some(scene) = &self.scene {
-            for &(contact, status) in &self.flowing {
-                u[scene.contacts[contact].tangential] = scene.flow_rate(contact, status, q);
+            for &(contact, status) in &self.creeping {
+                u[scene.contacts[contact].tangential] = scene.creep_rate(contact, status, q);
             }
         }
         self.slaved.follow_rates(u);
@@ -229,7 +229,7 @@ fn eliminated(
                     || law.normal == k && status.is_closed() && law.gap != 0.0
             })
             || scene
-                .flowing(combination)
+                .creeping(combination)
                 .any(|(contact, _)| scene.contacts[contact].tangential == k)
     };
     let mut others: Vec<usize> = rows

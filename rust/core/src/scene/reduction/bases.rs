@@ -23,6 +23,17 @@ use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
 impl Scene {
+    /// The scene that moves in a combination, and its bases.
+    pub(crate) fn in_motion(
+        &self,
+        combination: &Combination,
+    ) -> Result<(Cow<'_, Self>, Reduction), Error> {
+        self.check_combination(combination)?;
+        let moving = self.moving(combination)?;
+        let reduction = Reduction::new(&moving, combination).checked(combination)?;
+        Ok((moving, reduction))
+    }
+
     /// Number of coordinates that a combination leaves free.
     pub(crate) fn free(&self, combination: &Combination) -> usize {
         Reduction::new(&self.fitted(combination), combination).size()
@@ -138,9 +149,10 @@ impl Reduction {
             })
             .collect();
         merges.sort_unstable_by_key(|merge| merge.position);
-        let flowing =
-            scene.flowing(combination).map(|(contact, _)| scene.contacts[contact].tangential);
-        let states = kept.iter().copied().chain(flowing.filter(|&k| places[k].is_none())).collect();
+        let creeping =
+            scene.creeping(combination).map(|(contact, _)| scene.contacts[contact].tangential);
+        let states =
+            kept.iter().copied().chain(creeping.filter(|&k| places[k].is_none())).collect();
         Self { kept, merges, sticking, closed, states, places, is_split: false }
     }
 
@@ -281,12 +293,7 @@ fn dependent_merges(
     places: &[Option<usize>],
     friction: impl Fn(usize, &Contact) -> f64,
 ) -> (Vec<RowMerge>, bool) {
-    let mut held = Vec::new();
-    for (law, &status) in scene.contacts.iter().zip(statuses) {
-        let normal = status.is_closed().then_some(law.normal);
-        let stuck = (status == Status::Sticking).then_some(law.tangential);
-        held.extend(normal.into_iter().chain(stuck).filter(|&k| !scene.is_dependent(k)));
-    }
+    let held: Vec<usize> = scene.held(statuses).filter(|&k| !scene.is_dependent(k)).collect();
     let columns = force_columns(scene, statuses, friction);
     let moved = columns.iter().flatten().filter_map(|term| places[term.0].map(|_| term.0));
     let mut moved: Vec<usize> = moved.collect();

@@ -36,10 +36,8 @@ pub struct Reduced {
 impl Reduced {
     /// The reduced system of `combination`.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        scene.check_combination(combination)?;
-        let fitted = scene.moving(combination)?;
+        let (fitted, reduction) = scene.in_motion(combination)?;
         let scene = &*fitted;
-        let reduction = Reduction::new(scene, combination).checked(combination)?;
         let prescribed_velocity = reduction.prescribed_velocity(scene);
         let load = |&(coordinate, _): &(usize, f64)| reduction.force(&scene.held_load(coordinate));
         let mut linear = vec![0.0; scene.size];

@@ -135,7 +135,7 @@ impl Scene {
             });
         }
         let kept = solve(equilibrated, &load);
-        let margins = Statics::new(self, &reduced)?.margins(&kept);
+        let margins = Statics::new(self, &reduced).margins(&kept);
         let mut q = vec![0.0; self.size];
         reduced.reduction.place_closed(&mut q);
         for (&k, &value) in reduced.reduction.kept.iter().zip(&kept) {
@@ -178,13 +178,10 @@ impl Scene {
         let scene = &*self.at_steady_sliding();
         if scene.size <= DENSE {
             let reduced = Reduced::new(scene, combination)?;
-            let statics = Statics::new(scene, &reduced)?;
-            return Ok(statics.steady(combination, &reduced.stiffness));
+            return Ok(Statics::new(scene, &reduced).steady(combination, &reduced.stiffness));
         }
-        scene.check_combination(combination)?;
-        let moving = scene.resting(combination)?;
-        let reduction = Reduction::new(&moving, combination).checked(combination)?;
-        let statics = Statics::in_bases(scene, combination, &reduction)?;
+        let (moving, reduction) = scene.in_motion(combination)?;
+        let statics = Statics::in_bases(&moving, combination, &reduction);
         let rest = || {
             let stiffness = reduction.sparse_matrix(&moving.stiffness);
             let factors = SparseLu::new(&stiffness, SINGULAR).ok()?;

@@ -52,23 +52,23 @@ impl Steady {
 
 impl Statics {
     /// Of a scene and one of its combinations.
-    pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
-        Self::in_bases(scene, &reduced.combination, &reduced.reduction)
+    pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
+        Self::in_bases(reduced.scene(scene), &reduced.combination, &reduced.reduction)
     }
 
     /// The same without the dense matrices of the combination.
     pub fn of(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let moving = scene.resting(combination)?;
         let reduction = Reduction::new(&moving, combination).checked(combination)?;
-        Self::in_bases(scene, combination, &reduction)
+        Ok(Self::in_bases(&moving, combination, &reduction))
     }
 
+    /// Of the scene that moves in a combination.
     pub(super) fn in_bases(
         scene: &Scene,
         combination: &Combination,
         reduction: &Reduction,
-    ) -> Result<Self, Error> {
-        let scene = &*scene.resting(combination)?;
+    ) -> Self {
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
@@ -98,12 +98,12 @@ impl Statics {
                 }
             }
         }
-        Ok(Self {
+        Self {
             load: reduction.force_constant(scene),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),
-        })
+        }
     }
 
     pub(crate) fn steady(&self, combination: &Combination, stiffness: &DMatrix<f64>) -> Steady {
