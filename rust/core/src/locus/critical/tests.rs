@@ -11,7 +11,7 @@ use crate::locus::critical::point::{CriticalKind, CriticalPoint};
 use crate::locus::critical::roots::{axis_crossings, growth_sign};
 use crate::locus::critical::search::critical_points;
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
-use crate::locus::series::{Series, StaticSeries};
+use crate::locus::series::{ChebyshevSeries, StaticSeries};
 use crate::locus::watched_path::WatchedPath;
 use crate::scene::status::Combination;
 
@@ -19,7 +19,7 @@ use crate::scene::status::Combination;
 const DEGREES: usize = 8;
 
 /// The series over p in [0, 1] of a matrix that is a polynomial of p.
-fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> Series {
+fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> ChebyshevSeries {
     let angle = |j: usize| PI * (j as f64 + 0.5) / DEGREES as f64;
     let values: Vec<_> = (0..DEGREES).map(|j| matrix(0.5 + 0.5 * angle(j).cos())).collect();
     let coefficient = |k: usize| {
@@ -27,18 +27,18 @@ fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> Series {
         let terms = values.iter().enumerate().map(|(j, value)| value * (k as f64 * angle(j)).cos());
         terms.sum::<DMatrix<f64>>() * share
     };
-    Series((0..DEGREES).map(coefficient).collect())
+    ChebyshevSeries((0..DEGREES).map(coefficient).collect())
 }
 
 /// A path over p in [0, 1] with unit mass and no contacts.
-fn path(size: usize, stiffness: Series, damping: PathDamping) -> Path {
-    let zeros = |rows: usize, columns: usize| Series(vec![DMatrix::zeros(rows, columns)]);
+fn path(size: usize, stiffness: ChebyshevSeries, damping: PathDamping) -> Path {
+    let zeros = |rows: usize, columns: usize| ChebyshevSeries(vec![DMatrix::zeros(rows, columns)]);
     let piece = Piece {
         lower: 0.0,
         upper: 1.0,
         centre: 0.5,
         half_width: 0.5,
-        mass: Series(vec![DMatrix::identity(size, size)]),
+        mass: ChebyshevSeries(vec![DMatrix::identity(size, size)]),
         stiffness,
         damping,
         statics: StaticSeries {
@@ -207,8 +207,10 @@ fn a_planted_lock_in_is_found() {
             let circulatory = half * p / place;
             DMatrix::from_row_slice(2, 2, &[lower, circulatory, -circulatory, upper])
         });
-        let damping =
-            PathDamping::Proportional { alpha: Series::scalar(0.2), beta: Series::scalar(0.0) };
+        let damping = PathDamping::Proportional {
+            alpha: ChebyshevSeries::scalar(0.2),
+            beta: ChebyshevSeries::scalar(0.0),
+        };
         let points = all_points(&path(2, stiffness, damping));
         agree(&of_kind(&points, CriticalKind::LockIn), &[place], "lock-in");
         let point = points.iter().find(|point| point.kind == CriticalKind::LockIn).unwrap();
@@ -227,8 +229,10 @@ fn a_planted_lock_in_is_found() {
 #[test]
 fn a_planted_divergence_is_found() {
     let stiffness = series(|p| DMatrix::from_row_slice(2, 2, &[0.63 - p, 0.0, 0.0, 50.0]));
-    let damping =
-        PathDamping::Proportional { alpha: Series::scalar(0.5), beta: Series::scalar(0.0) };
+    let damping = PathDamping::Proportional {
+        alpha: ChebyshevSeries::scalar(0.5),
+        beta: ChebyshevSeries::scalar(0.0),
+    };
     let points = all_points(&path(2, stiffness, damping));
     agree(&of_kind(&points, CriticalKind::Divergence), &[0.63], "divergence");
     assert!(points.iter().all(|point| point.kind != CriticalKind::Hopf));
