@@ -5,7 +5,7 @@ Every error a user can cause is raised as a class of `stickslip.errors`.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict, final
+from typing import Any, Literal, Self, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -339,11 +339,18 @@ class Orbit:
     def cycle(self) -> Cycle: ...
 
 #: Follows the motion for at most `limit` s more.
+@final
+class Watch:
+    def __new__(cls) -> Self: ...
+    @property
+    def followed(self) -> float: ...  # motion that the search has followed so far, s
+
 def attractor(
     trajectory: Trajectory,
     limit: float,
     method: Literal["auto", "modal", "taylor", "local"],
     time_limit: float | None,  # wall-clock seconds of the search, > 0
+    watch: Watch,
 ) -> _Settled: ...
 def closed(trajectory: Trajectory, method: Literal["auto", "modal", "taylor", "local"]) -> Cycle | None: ...
 def settle_all(

@@ -170,7 +170,7 @@ def test_warnings_show_no_source(brake):
 def test_without_a_start_a_cycle_is_looked_for_beside_unstable_sliding(tmp_path):
     path = tmp_path / "coupled.toml"
     ss.save(mode_coupling(), path)
-    assert "period               6291.02074 ms" in run("cycle", path, "--duration", 200).stdout
+    assert "period               6.29102074 s" in run("cycle", path, "--duration", 200).stdout
     assert "hint: the run begins in exact steady sliding" in run("simulate", path, "--duration", 20).stderr
     moving = run("simulate", path, "--duration", 200, "--start", "velocity.x=0.1")
     assert "hint" not in moving.stderr

@@ -1,5 +1,7 @@
 """Limit cycles: period, sequence, multipliers, spectrum."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -90,6 +92,24 @@ def test_a_run_too_short_says_so():
     assert error.value.kind == "undecided"
     assert error.value.error == np.inf
     assert run.limit_cycle().period == pytest.approx(8.908492605779e-3, rel=1e-12)
+
+
+def test_a_search_shows_how_much_motion_it_has_followed(cycle, monkeypatch):
+    told = []
+
+    @contextmanager
+    def looked(done, total, description, progress, patience):
+        told.append((done(), total, description, progress))
+        yield
+        told.append(done())
+
+    monkeypatch.setattr("stickslip.transient.trajectory.watched", looked)
+    start = ss.sliding_equilibrium(cycle.scene).perturbed(velocity={"x1": 1e-3})
+    run = ss.simulate(cycle.scene, start, 0.12)
+    run.limit_cycle(progress=True)
+    begin, end = told
+    assert begin == (0, 100, "limit cycle, % of `further`", True)
+    assert 10 <= end <= 100
 
 
 @pytest.mark.parametrize("further", [-1.0, np.nan, np.inf, "1"])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 import stickslip as ss
 from fuzz_events import NOISE, at_rest
@@ -43,13 +45,25 @@ def continuity(run: ss.Trajectory) -> str:
 
 def coefficients(contacts: Sequence[ss.Contact], slip: np.ndarray) -> np.ndarray:
     """Return mu of all contacts at slip velocities, (k, c)."""
-    columns = [
-        np.fromiter(map(contact.coefficient, abs(column)), float, column.size)
-        if isinstance(contact.friction, ss.friction.Law)
-        else np.full(column.size, contact.friction)
-        for contact, column in zip(contacts, slip.T, strict=True)
-    ]
-    return np.stack(columns, axis=1)
+
+    def column_of(contact: ss.Contact, speeds: np.ndarray) -> np.ndarray:
+        law = contact.friction
+        if isinstance(law, ss.friction.Tabulated):
+            return cubics(law)(np.minimum(speeds, law.speeds[-1]))
+        if isinstance(law, ss.friction.Law):
+            return np.fromiter(map(contact.coefficient, speeds), float, speeds.size)
+        return np.full(speeds.size, law)
+
+    columns = zip(contacts, np.abs(slip).T, strict=True)
+    return np.stack([column_of(contact, speeds) for contact, speeds in columns], axis=1)
+
+
+@lru_cache(maxsize=64)
+def cubics(law: ss.friction.Tabulated) -> CubicHermiteSpline:
+    """Return the monotone cubics of a table, level at its end, for many speeds at once."""
+    slopes = PchipInterpolator(law.speeds, law.values).derivative()(law.speeds)
+    slopes[-1] = 0.0
+    return CubicHermiteSpline(law.speeds, law.values, slopes)
 
 
 def complementarity(sampled: Sampled) -> str:

@@ -178,6 +178,14 @@ def test_an_event_within_the_rounding_of_many_panels_has_its_own_time(index, eve
     assert outcome.time_difference < 1e-9
 
 
+def test_a_contact_that_rounding_closes_again_as_it_is_released_opens():
+    """Two halves are released 2e-13 s apart: rounding outweighed 2e-10 N, and one struck for ever."""
+    outcome = fuzz_campaign.run_scene(22, ["twins"], 1134)
+    assert outcome.verdict in fuzz_campaign.PASSED, outcome
+    assert outcome.compared > 200
+    assert outcome.energy_residual < 1e-12
+
+
 def test_two_sliders_on_one_dof_of_which_one_vibrates():
     """Forces of 4e6 N hid that the sliders part, and both contacts held the dof."""
     outcome = fuzz_campaign.run_scene(96, ["unsymmetric", "forced", "stops", "compliant"], 1471)

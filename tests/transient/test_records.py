@@ -58,7 +58,7 @@ def used(run):
     run.sample(times)
     run.state(run.duration)
     run.core.event_states()
-    _core.attractor(run.core, 0.0, "auto", None)
+    _core.attractor(run.core, 0.0, "auto", None, _core.Watch())
     run.energy(times)
     run.core.record()
 

@@ -27,6 +27,7 @@ from stickslip.scene.family import Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
+from stickslip.show.units import TIMES, suited
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,15 +49,17 @@ class Diagram(Shown):
         (along,) = self.data.period.dims
         # A traced branch runs over its points, with the parameter as a coordinate.
         name = next((str(key) for key in self.data.coords if key not in (along, "dof", "order")), str(along))
+        periods = [cycle.period for cycle in self.cycles if cycle is not None]
+        unit, per_second = suited(max(periods, default=0.0), TIMES)
         rows = [
             (
                 f"{value:.6g}",
                 "no cycle" if cycle is None else cycle.stability,
-                *(("", "") if cycle is None else (1e3 * cycle.period, " ".join(cycle.combinations))),
+                *(("", "") if cycle is None else (per_second * cycle.period, " ".join(cycle.combinations))),
             )
             for value, cycle in zip(self.data[name].to_numpy(), self.cycles, strict=True)
         ]
-        headings = (name, "stability", "period, ms", "combinations")
+        headings = (name, "stability", f"period, {unit}", "combinations")
         count = sum(cycle is not None for cycle in self.cycles)
         return Summary([("cycles", f"{count} at {len(rows)} values")], [Table("Cycles", headings, rows)])
 

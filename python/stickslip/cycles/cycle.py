@@ -23,6 +23,7 @@ from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
+from stickslip.show.units import TIMES, measured, suited
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -382,7 +383,7 @@ class Cycle(Shown):
     def __repr__(self) -> str:
         names = self.combinations
         sequence = " ".join(names) if len(names) <= SHOWN else f"{' '.join(names[:SHOWN])} ... ({len(names)})"
-        lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {sequence}"
+        lines = f"period {measured(self.period, TIMES, 9)}, {self.frequency:.6g} Hz, {sequence}"
         known = (
             "" if np.isnan(self.largest_multiplier) else f", largest multiplier {self.largest_multiplier:.4g}"
         )
@@ -409,7 +410,7 @@ class Cycle(Shown):
         listed = ", ".join(f"{abs(m):.6g} ∠ {np.degrees(np.angle(m)):.1f}°" for m in multipliers)
         doubled = ", period-doubled" if self.period_doubled else ""
         facts = [
-            ("period", f"{1e3 * self.period:.9g} ms"),
+            ("period", measured(self.period, TIMES, 9)),
             ("frequency", f"{self.frequency:.6g} Hz"),
             ("main line", f"{self.main_frequency():.6g} Hz{doubled}"),
             ("stability", self.stability),
@@ -418,6 +419,7 @@ class Cycle(Shown):
             *undetermined_facts(self.run),
         ]
         rows = []
+        unit, count = suited(self.period, TIMES)
         for phase in self.phases:
             if phase.duration > 0.0:
                 modes = self.modes.get(phase.combination)
@@ -425,8 +427,8 @@ class Cycle(Shown):
                 shown = " ".join(f"{line:.2f}" for line in lines[:LINES]) + (
                     " ..." if len(lines) > LINES else ""
                 )
-                rows.append((phase.combination, 1e3 * phase.start, 1e3 * phase.duration, shown))
-        headings = ("combination", "start, ms", "duration, ms", "frequencies of its modes, Hz")
+                rows.append((phase.combination, count * phase.start, count * phase.duration, shown))
+        headings = ("combination", f"start, {unit}", f"duration, {unit}", "frequencies of its modes, Hz")
         return Summary(facts, [Table("Phases of one period", headings, rows)])
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -17,7 +17,7 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.motion.figures import phase_planes, tangential
 from stickslip.scene.checks import Real
 from stickslip.show.style import MARKERS, OVERLAY, axes_of, quantity
-from stickslip.show.units import MICROMETRES
+from stickslip.show.units import MICROMETRES, TIMES, measured
 
 #: Samples of one period.
 PERIOD = 4097
@@ -26,7 +26,7 @@ PERIOD = 4097
 def limit_cycle(cycle: Cycle) -> Figure:
     """Return the slip motion of every contact over one period of the limit cycle."""
     sequence = " → ".join(cycle.combinations)
-    title = f"Limit cycle, period {1e3 * cycle.period:.4f} ms: {sequence}"
+    title = f"Limit cycle, period {measured(cycle.period, TIMES, 5)}: {sequence}"
     return phase_planes(cycle.run, PERIOD, title)
 
 
@@ -136,7 +136,7 @@ def basins(found: Any, ax: Axes | None = None) -> Axes:
     first, second = (str(name) for name in reached.dims)
     count = data.sizes["attractor"]
     labels = [
-        kind if kind != "cycle" else f"{1e3 * period:.4g} ms: {_shortened(sequence)}"
+        kind if kind != "cycle" else f"{measured(period, TIMES, 4)}: {_shortened(sequence)}"
         for kind, period, sequence in zip(
             data.kind.to_numpy(), data.period.to_numpy(), data.sequence.to_numpy(), strict=True
         )

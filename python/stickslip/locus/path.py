@@ -148,21 +148,22 @@ class Interpolation:
         self.proportional = self.is_proportional(scene)
         self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
         self.size = self.known[lower][0].shape[0]
-        ends = [lower, *self.knots(lower, upper), upper]
+        ends = [lower, *self.knots(scene, upper), upper]
         pieces = [piece for a, b in pairwise(ends) for piece in self.pieces(a, b, _HALVINGS)]
         return _core.Path(self.letters, self.size, pieces)
 
-    def knots(self, lower: float, upper: float) -> list[float]:
+    def knots(self, scene: Scene, upper: float) -> list[float]:
         """Return where contacts slide at a speed of their tables, ascending: two cubics of mu meet there.
 
-        These are the speeds that lie between those at the ends of the range.
+        These are the speeds between those of `scene`, at the lower end, and those at `upper`.
         """
+        lower = self.lower
 
         def excess(value: float, contact: int, knot: float) -> float:
             return abs(self.scene(value).contacts[contact].slider_speed) - knot
 
         found: set[float] = set()
-        for k, contact in enumerate(self.scene(lower).contacts):
+        for k, contact in enumerate(scene.contacts):
             for knot in contact.friction.speeds if isinstance(contact.friction, Tabulated) else ():
                 if excess(lower, k, knot) * excess(upper, k, knot) < 0.0:
                     place = brentq(excess, lower, upper, (k, knot), xtol=1e-300, rtol=4 * np.finfo(float).eps)

@@ -22,7 +22,7 @@ from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.family import Family, Model
-from stickslip.show.progress import tracked, watched
+from stickslip.show.progress import LONG, tracked, watched
 
 _Part = TypeVar("_Part")
 
@@ -30,8 +30,6 @@ _Part = TypeVar("_Part")
 _CHUNK = 32
 #: What a sweep tells of a point, not of its branches.
 _POINTWISE = ("stable", "steady_sliding", "normal_force")
-#: Expected time from which a sweep shows its progress, s.
-_LONG = 3.0
 
 
 def sweep(
@@ -131,9 +129,9 @@ def sweep(
     family = Family(model)
     sliding = Sliding(family, combination)
     points = math.prod(values.size for values in axes.values())
-    size = family.scene({**fixed, **{name: float(values[0]) for name, values in axes.items()}}).size
+    first_scene = family.scene({**fixed, **{name: float(values[0]) for name, values in axes.items()}})
     # Of each of 2 n branches: eigenvalue, derivative, frequency, damping ratio, condition, verdicts.
-    check_memory(" and ".join(axes), 2 * 8 * size * points, points)
+    check_memory(" and ".join(axes), 2 * 8 * first_scene.size * points, points)
     attributes: dict[str, Any] = {}
     if region is not None:
         rows = [_along_band(sliding, fixed, axes, region, attributes)]
@@ -155,9 +153,7 @@ def sweep(
         }
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    lowest = {name: float(values[0]) for name, values in axes.items()}
-    contacts = family.scene({**fixed, **lowest}).contact_labels()
-    return _dataset(model, contacts, axes, result).assign_attrs(attributes)
+    return _dataset(model, first_scene.contact_labels(), axes, result).assign_attrs(attributes)
 
 
 def _along_band(
@@ -228,7 +224,7 @@ def _along(
         else:
             # Which modes they are is known only from all values together.
             before, most = path.eigenproblems, 2 * values.size - 1
-            with watched(lambda: path.eigenproblems - before, most, "sweep", progress, _LONG):
+            with watched(lambda: path.eigenproblems - before, most, "sweep", progress, LONG):
                 found = path.sweep(ascending, vectors, modes)
         order = _order(found["eigenvalue"][backwards[0]], None)
         if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
@@ -246,7 +242,7 @@ def _along(
 
 def _shown(parts: list[_Part], progress: bool | None, expected: float) -> Iterable[_Part]:
     """Go through `parts`, with a bar if wanted, or if it takes long and someone looks."""
-    return tracked(parts, "sweep", None if progress is None and expected >= _LONG else bool(progress))
+    return tracked(parts, "sweep", None if progress is None and expected >= LONG else bool(progress))
 
 
 def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:
@@ -255,7 +251,7 @@ def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | Non
         whole: dict[str, Any] = path.sweep(values, vectors)
         return whole
     expected = _duration(path, values, vectors)
-    if not progress and expected < _LONG:
+    if not progress and expected < LONG:
         return _chunked(path, values, vectors, False)
     chunks: list[dict[str, Any]] = []
     for chunk in _shown(list(_overlapping(values)), progress, expected):
@@ -277,7 +273,7 @@ def _duration(path: _core.Path, values: Real, vectors: bool) -> float:
         begin = time.perf_counter()
         path.sweep(values[:2], vectors)
         expected = min(expected, 0.5 * (time.perf_counter() - begin) * values.size)
-        if expected < _LONG:
+        if expected < LONG:
             break
     return expected
 

@@ -20,6 +20,8 @@ from rich.text import Text
 
 T = TypeVar("T")
 
+#: A call that takes longer shows what is done, s.
+LONG = 3.0
 #: Between two looks at what is done, s.
 _REFRESHED = 0.1
 

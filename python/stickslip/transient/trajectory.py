@@ -11,6 +11,7 @@ from stickslip.motion.errors import NotPeriodicError, RunInterrupted
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time
 from stickslip.scene.contact import dof_index
+from stickslip.show.progress import LONG, watched
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +39,7 @@ class Trajectory(Motion):
         method: Literal["auto", "modal", "taylor", "local"] = "auto",
         *,
         time_limit: float | None = None,
+        progress: bool | None = None,
     ) -> Cycle:
         """Return the periodic orbit that the motion settles to, refined to rounding.
 
@@ -53,6 +55,9 @@ class Trajectory(Motion):
             How phases are propagated, see `simulate`.
         time_limit
             Wall-clock limit of the search, s, > 0; the error then says what is known so far. None: no limit.
+        progress
+            Whether a bar on standard error shows how much of `further` has been followed. None: on a
+            terminal, once the search takes longer than 3 s.
 
         Raises
         ------
@@ -70,7 +75,13 @@ class Trajectory(Motion):
 
         patience = None if time_limit is None else finite_time("time_limit", time_limit)
         longer = FURTHER * self.duration if further is None else finite_time("further", further, 0.0)
-        kind, core, growth, last = _core.attractor(self.core, longer, method, patience)
+        watch = _core.Watch()
+
+        def followed() -> int:
+            return round(100.0 * watch.followed / longer) if longer > 0.0 else 0
+
+        with watched(followed, 100, "limit cycle, % of `further`", progress, LONG):
+            kind, core, growth, last = _core.attractor(self.core, longer, method, patience, watch)
         if core is not None:
             return Cycle(self.scene, core)
         ended = self if last is None else replace(self, start=self.state(self.duration), core=last)

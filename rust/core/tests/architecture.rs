@@ -24,13 +24,13 @@ const PARTS: [&str; 12] = [
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
     ("error", 730),
-    ("numerics", 1380),
+    ("numerics", 1305),
     ("linalg", 1790),
-    ("scene", 6200),
-    ("contact", 3590),
-    ("modes", 2340),
+    ("scene", 6150),
+    ("contact", 3490),
+    ("modes", 2205),
     ("locus", 2480),
-    ("motion", 9700),
+    ("motion", 9400),
     ("transient", 4250),
     ("energy", 695),
     ("cycles", 4250),

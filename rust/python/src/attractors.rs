@@ -39,6 +39,26 @@ type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, Statu
 /// What a motion settles to and why its last stretch ended.
 type Found = (Settled, String);
 
+/// A search that is under way, as another thread sees it.
+#[pyclass(frozen)]
+pub struct Watch {
+    cancel: core::Cancel,
+}
+
+#[pymethods]
+impl Watch {
+    #[new]
+    fn new() -> Self {
+        Self { cancel: listening() }
+    }
+
+    /// The motion that the search has followed so far, s.
+    #[getter]
+    fn followed(&self) -> f64 {
+        self.cancel.followed()
+    }
+}
+
 /// What a run has settled to, and the motion of `limit` seconds more if it takes that to say; the search computes for
 /// at most `time_limit` seconds.
 #[pyfunction]
@@ -48,14 +68,15 @@ pub fn attractor(
     limit: f64,
     method: &str,
     time_limit: Option<f64>,
+    watch: &Watch,
 ) -> PyResult<Settled> {
-    let (run, method, cancel) = (trajectory.core(), method_named(py, method)?, listening());
+    let (run, method) = (trajectory.core(), method_named(py, method)?);
     let patience = time_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
     let search = core::cycles::attractors::SearchLimits {
         stretch: run.end,
         limit,
         method,
-        cancel: Some(&cancel),
+        cancel: Some(&watch.cancel),
         // So long that no clock holds its end is without end.
         deadline: patience.and_then(|patience| Instant::now().checked_add(patience)),
     };

@@ -22,7 +22,7 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use crate::attractors::{attractor, closed, settle_all};
+    use crate::attractors::{Watch, attractor, closed, settle_all};
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]

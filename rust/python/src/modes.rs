@@ -115,23 +115,23 @@ pub fn pairs<'py>(
     pairs: &[core::modes::JudgedPair],
 ) -> PyResult<Bound<'py, PyDict>> {
     type Pair = core::modes::JudgedPair;
-    let free = pairs.first().map_or(0, |pair| pair.right.len());
+    let free = pairs.first().map_or(0, |pair| pair.mode.right.len());
     let numbers = |value: fn(&Pair) -> f64| -> Vec<f64> { pairs.iter().map(value).collect() };
     let vectors = |rows: usize, vector: fn(&Pair) -> &Vec<Complex64>| {
         columns(py, rows, pairs.len(), pairs.iter().flat_map(vector).copied().collect())
     };
-    let eigenvalues: Vec<Complex64> = pairs.iter().map(|pair| pair.eigenvalue).collect();
-    let products: Vec<Complex64> = pairs.iter().map(|pair| pair.a).collect();
-    let defective: Vec<bool> = pairs.iter().map(|pair| pair.defective).collect();
+    let eigenvalues: Vec<Complex64> = pairs.iter().map(|pair| pair.mode.eigenvalue).collect();
+    let products: Vec<Complex64> = pairs.iter().map(|pair| pair.mode.a).collect();
+    let defective: Vec<bool> = pairs.iter().map(|pair| pair.mode.is_defective()).collect();
     let dict = PyDict::new(py);
     dict.set_item("eigenvalues", eigenvalues.into_pyarray(py))?;
-    dict.set_item("right_displacement", vectors(free, |pair| &pair.right)?)?;
-    dict.set_item("left_displacement", vectors(free, |pair| &pair.left)?)?;
+    dict.set_item("right_displacement", vectors(free, |pair| &pair.mode.right)?)?;
+    dict.set_item("left_displacement", vectors(free, |pair| &pair.mode.left)?)?;
     dict.set_item("a", products.into_pyarray(py))?;
     dict.set_item("shapes", vectors(dofs, |pair| &pair.shape)?)?;
-    dict.set_item("condition", numbers(|pair| pair.condition).into_pyarray(py))?;
+    dict.set_item("condition", numbers(|pair| pair.mode.condition).into_pyarray(py))?;
     dict.set_item("defective", defective.into_pyarray(py))?;
     dict.set_item("rounding", numbers(|pair| pair.rounding).into_pyarray(py))?;
-    dict.set_item("residual", numbers(|pair| pair.residual).into_pyarray(py))?;
+    dict.set_item("residual", numbers(|pair| pair.mode.residual).into_pyarray(py))?;
     Ok(dict)
 }

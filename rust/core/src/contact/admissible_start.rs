@@ -36,11 +36,8 @@ pub(crate) fn coordinates_at(
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
         if values.len() != scene.dofs {
-            return Err(Error::Shape {
-                argument: argument.into(),
-                expected: format!("shape ({},)", scene.dofs),
-                got: format!("({},)", values.len()),
-            });
+            let expected = format!("shape ({},)", scene.dofs);
+            return Err(Error::shape(argument, &expected, format!("({},)", values.len())));
         }
         check_finite(argument, values)?;
     }
@@ -57,6 +54,10 @@ pub(crate) fn coordinates_at(
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
     }
+    let violated = |contact, status: Status, argument, quantity, value| {
+        let status = status.letter();
+        Error::ViolatedStatus { argument, contact, status, quantity, value }
+    };
     let largest = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let (length, speed) = {
         let (q, u) = scene.at_rest(&q, &u);
@@ -65,13 +66,8 @@ pub(crate) fn coordinates_at(
     for (contact, (law, &status)) in
         scene.contacts.iter().zip(state.combination.statuses()).enumerate()
     {
-        let violated = |argument, quantity, value| Error::ViolatedStatus {
-            argument,
-            contact,
-            status: status.letter(),
-            quantity,
-            value,
-        };
+        let violated =
+            |argument, quantity, value| violated(contact, status, argument, quantity, value);
         let gap = law.gap_at(&q);
         let length_tolerance = START_TOLERANCE * length.max(law.gap.abs());
         let speed_tolerance = START_TOLERANCE * speed.max(law.slider_speed.abs());
@@ -109,7 +105,7 @@ pub(crate) fn coordinates_at(
         }
     }
     let (mut undetermined, mut functions) = (Vec::new(), Vec::new());
-    if !scene.dependents.is_empty() {
+    if scene.has_dependent_directions() {
         scene.fitted(&state.combination).follow(&mut q, &mut u);
         undetermined = undetermined_in(scene, &state.combination);
         functions = event_functions(scene, &state.combination)?;
@@ -120,13 +116,7 @@ pub(crate) fn coordinates_at(
         if !status.is_closed() {
             continue;
         }
-        let violated = |quantity, value| Error::ViolatedStatus {
-            argument: "state",
-            contact,
-            status: status.letter(),
-            quantity,
-            value,
-        };
+        let violated = |quantity, value| violated(contact, status, "state", quantity, value);
         let (_, normal) = force_as(scene, &state.combination, contact, status);
         let normal_force = normal.value(&q, &u);
         let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
@@ -191,11 +181,8 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
         return Ok(());
     }
     if forces.len() != scene.contacts.len() {
-        return Err(Error::Shape {
-            argument: "friction_force".into(),
-            expected: format!("shape ({},)", scene.contacts.len()),
-            got: format!("({},)", forces.len()),
-        });
+        let expected = format!("shape ({},)", scene.contacts.len());
+        return Err(Error::shape("friction_force", &expected, format!("({},)", forces.len())));
     }
     check_finite("friction_force", forces)?;
     for (contact, (law, (&status, force))) in

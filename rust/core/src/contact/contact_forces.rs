@@ -64,7 +64,7 @@ pub(crate) fn contact_forces(
             .collect();
     };
     let mut forces = force_functionals(&rows, &force_map(scene, w, statuses));
-    if scene.drive.is_some() && !scene.dependents.is_empty() {
+    if scene.drive.is_some() && scene.has_dependent_directions() {
         carry_along(scene, w, statuses, &mut forces);
     }
     forces
@@ -110,7 +110,7 @@ fn carry_along(
 
 /// The forces (T, N) of all contacts per reaction, where contacts are coupled.
 fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f64> {
-    if !scene.dependents.is_empty() {
+    if scene.has_dependent_directions() {
         let (held, found) = dependent_forces(scene, w, statuses);
         return found.of_rows * w.select_rows(&held);
     }
@@ -162,6 +162,6 @@ pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
 
 /// Forces (T, N) of all contacts that nothing determines, one column for each; None where no directions depend on each other.
 pub(crate) fn free_forces(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
-    let w = scene.coordinates.delassus.as_ref().filter(|_| !scene.dependents.is_empty())?;
+    let w = scene.coordinates.delassus.as_ref().filter(|_| scene.has_dependent_directions())?;
     Some(dependent_forces(scene, w, combination.statuses()).1.free)
 }

@@ -65,7 +65,7 @@ pub(crate) fn event_functions(
         .flat_map(|(contact, &status)| of_contact(scene, contact, status, &coupled))
         .collect();
     if let (Some(w), Some(forces), false) =
-        (&scene.coordinates.delassus, &coupled, scene.dependents.is_empty())
+        (&scene.coordinates.delassus, &coupled, !scene.has_dependent_directions())
     {
         let free = dependent_forces(scene, w, combination.statuses()).1.free;
         if free.ncols() > 0 {
@@ -104,7 +104,7 @@ pub(crate) fn ending(
         let turning = vec![(scene.contacts[contact].tangential, 1.0)];
         return kinematic(Functional { velocity: turning, ..Functional::default() });
     }
-    if !scene.dependents.is_empty()
+    if scene.has_dependent_directions()
         && let Ok(functions) = event_functions(scene, combination)
         && let Some(found) = functions
             .into_iter()

@@ -54,9 +54,12 @@ pub(crate) struct Settlement {
     pub rest: Option<f64>,
 }
 
-/// The limits that decide whether a series of impacts over several contacts ends.
+/// What earlier events say about the one that is settled, and the limits that decide whether a series of impacts over several
+/// contacts ends.
 #[derive(Debug, Default)]
 pub(crate) struct Series {
+    /// Whether another event precedes it at the same time.
+    pub stands: bool,
     /// Bound of the error of the gap of each contact, m.
     pub gaps: Vec<f64>,
     /// Gap below which a series is not followed, m.

@@ -83,7 +83,14 @@ pub(crate) fn settle(
         }
         // An impact's velocity jump reaches the other contacts through the damping, a switched load all of them.
         if trigger.is_some() || (impact || switched || jump) && before.is_closed() {
-            let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
+            let (after, mut departure) =
+                settle_contact(scene, time, contact, trigger, before, q, u)?;
+            // A contact just released strikes at once where rounding of its motion outweighs its acceleration: it departs by
+            // the change of its acceleration, as at the release.
+            if series.stands && trigger == Some(EventKind::Impact) && departure == Departure::Gap(2)
+            {
+                departure = Departure::Gap(3);
+            }
             settlement.record(contact, trigger, after, departure);
         }
     }

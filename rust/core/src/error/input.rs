@@ -450,6 +450,13 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// An argument that has another shape than it is to have.
+    pub(crate) fn shape(argument: &str, expected: &str, got: String) -> Self {
+        Self::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
+    }
+}
+
 pub(crate) fn refused(reason: &'static str) -> Error {
     Error::Record { reason }
 }

@@ -116,16 +116,10 @@ impl SparseMatrix {
             && row_start.last() == Some(&(values.len() as i64))
             && row_start.windows(2).all(|pair| pair[0] <= pair[1]);
         if !consistent {
-            return Err(Error::Shape {
-                argument: argument.to_owned(),
-                expected: format!("compressed rows of ({size}, {size})"),
-                got: format!(
-                    "{} row starts, {} columns, {} values",
-                    row_start.len(),
-                    columns.len(),
-                    values.len()
-                ),
-            });
+            let (starts, columns, values) = (row_start.len(), columns.len(), values.len());
+            let got = format!("{starts} row starts, {columns} columns, {values} values");
+            let expected = format!("compressed rows of ({size}, {size})");
+            return Err(Error::shape(argument, &expected, got));
         }
         let mut matrix = Self::with_capacity(size, values.len());
         for row in 0..size {
@@ -162,6 +156,20 @@ impl SparseMatrix {
             columns: (0..entries.len()).collect(),
             values: entries.to_vec(),
         }
+    }
+
+    /// `sum_i k_i w_i w_i'` of springs with the stiffness k that resist the elongation `w . x`, w by its entries.
+    pub(crate) fn of_springs(size: usize, springs: &[(f64, Vec<(usize, f64)>)]) -> Self {
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); size];
+        for (stiffness, elongation) in springs {
+            for &(i, a) in elongation {
+                rows[i].extend(elongation.iter().map(|&(j, b)| (j, stiffness * (a * b))));
+            }
+        }
+        Self::from_rows(size, |row, entries| {
+            entries.append(&mut rows[row]);
+            summed(entries);
+        })
     }
 
     /// The diagonal matrix of its diagonal entries.
@@ -206,6 +214,18 @@ impl SparseMatrix {
             part.row_start.push(part.columns.len());
         }
         part
+    }
+
+    /// The matrix with empty rows and columns behind its own.
+    pub(crate) fn padded(self, size: usize) -> Self {
+        if size == self.size() {
+            return self;
+        }
+        Self::from_rows(size, |row, entries| {
+            if row < self.size() {
+                entries.extend(self.row(row));
+            }
+        })
     }
 
     /// The matrix times a factor.

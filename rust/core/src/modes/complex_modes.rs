@@ -13,7 +13,6 @@ use crate::linalg::parallel::each;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
-use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 use crate::scene::reduction::reduced_system::Reduced;
@@ -55,7 +54,6 @@ impl Modes {
     /// Modes of one combination; fails where the reduced mass is singular or an eigenvalue does not converge.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let condensed = Condensed::new(scene, combination)?;
         let pencil = Pencil::new(reduced.scene(scene), combination, &reduced.reduction);
         let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
@@ -95,8 +93,7 @@ impl Modes {
                 true => left.fill(UNDEFINED),
                 false => copy(left, &mode.left),
             }
-            let over_dofs =
-                shape(scene, reduced.scene(scene), &condensed, &reduced.reduction, right);
+            let over_dofs = shape(scene, reduced.scene(scene), &reduced.reduction, right);
             shape_column.copy_from_slice(&over_dofs);
         });
         Ok(Self {
@@ -137,20 +134,16 @@ impl Modes {
     }
 }
 
-/// A right vector over all dofs of a scene; `moving` is the scene that a reduction is of, `condensed` what it leaves out.
+/// A right vector over all dofs of a scene; `moving` is the scene that a reduction is of.
 pub(crate) fn shape(
     scene: &Scene,
     moving: &Scene,
-    condensed: &Option<Condensed>,
     reduction: &Reduction,
     right: &[Complex64],
 ) -> Vec<Complex64> {
     let part = |part: fn(&Complex64) -> f64| {
         let mut q = vec![0.0; scene.size];
         reduction.kept.iter().zip(right).for_each(|(&k, z)| q[k] = part(z));
-        if let Some(condensed) = condensed {
-            condensed.slaved.follow_rates(&mut q);
-        }
         moving.dependents.follow_rates(&mut q);
         scene.velocities(&q)
     };

@@ -13,4 +13,5 @@ pub(crate) mod spectrum;
 
 pub use complex_modes::Modes;
 pub use growth::{Growth, Verdict};
+pub use mode::Mode;
 pub use pairs::{JudgedPair, judged_pairs, sparse_pencil};

@@ -19,20 +19,23 @@ pub(crate) const SETTLED: f64 = 1e-9;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.
 #[derive(Debug, Clone)]
-pub(crate) struct Mode {
+pub struct Mode {
+    /// lambda, 1/s.
     pub eigenvalue: Complex64,
+    /// xi, m entries.
     pub right: Vec<Complex64>,
+    /// v, m entries.
     pub left: Vec<Complex64>,
     /// `a = left' (C + 2 lambda M) right`
     pub a: Complex64,
-    /// Condition number of the eigenvalue in mass-normalised, scaled state space.
+    /// Condition number of the eigenvalue in mass-normalised, scaled state space, -.
     pub condition: f64,
-    /// `|P(lambda) xi| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |xi|)`
+    /// `|P(lambda) xi| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |xi|)`, -.
     pub residual: f64,
 }
 
 impl Mode {
-    pub fn is_real(&self) -> bool {
+    pub(crate) fn is_real(&self) -> bool {
         self.eigenvalue.im == 0.0
     }
 
@@ -46,7 +49,7 @@ impl Mode {
     /// each change a simple one, to first order, by at most `epsilon s / |a|` with
     /// `s = |v|' (|lambda|^2 |M| + |lambda| |C| + |K|) |xi|`, a double one, whose a vanishes, by about the root of
     /// `epsilon s / (|v|' |M| |xi|)`; the smaller one counts.
-    pub fn rounding(&self, pencil: &Pencil) -> f64 {
+    pub(crate) fn rounding(&self, pencil: &Pencil) -> f64 {
         let [change, mass] = self.rounding_forms(pencil);
         // The minimum of a number and NaN is the number.
         let moved = (change / self.a.norm()).min((change / mass).sqrt());
@@ -56,7 +59,7 @@ impl Mode {
     /// Whether nothing but rounding, up to `margin` times as large, may tell its eigenvalue from another one: a rigid body
     /// without damping has the double eigenvalue zero, which rounding of K splits. In a superposition of such a pair each
     /// part is larger than the sum by the inverse of the splitting.
-    pub fn is_split_by_rounding(&self, pencil: &Pencil, margin: f64) -> bool {
+    pub(crate) fn is_split_by_rounding(&self, pencil: &Pencil, margin: f64) -> bool {
         let [change, mass] = self.rounding_forms(pencil);
         self.a.norm() < margin * (change * mass).sqrt()
     }
@@ -79,12 +82,12 @@ impl Mode {
     }
 
     /// The sign of its growth, 0 where that is zero within rounding: the one meaning of unstable, stable and marginal.
-    pub fn growth_sign(&self, rounding: f64) -> f64 {
+    pub(crate) fn growth_sign(&self, rounding: f64) -> f64 {
         if self.eigenvalue.re.abs() > rounding { self.eigenvalue.re.signum() } else { 0.0 }
     }
 
     /// Turns it into the mode of the conjugate eigenvalue.
-    pub fn conjugate(&mut self) {
+    pub(crate) fn conjugate(&mut self) {
         self.eigenvalue = self.eigenvalue.conj();
         self.a = self.a.conj();
         self.right.iter_mut().chain(&mut self.left).for_each(|z| z.im = -z.im);

@@ -11,7 +11,6 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::{normalised, shape};
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
-use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
@@ -22,26 +21,14 @@ const LARGEST_CORRECTION: f64 = 1e-5;
 /// A right and a left vector with their eigenvalue.
 pub type Triple = (Complex64, Vec<Complex64>, Vec<Complex64>);
 
-/// One mode of a sparse problem, judged by its matrices.
+/// One mode of a sparse problem, judged by its matrices; its residual is that of the largest entry and row sum, its condition
+/// `(2 |lambda| |xi|_M |v|_M + |xi_s|_C |v_s|_C) / |a|` with the coordinates s that have no mass.
 #[derive(Debug, Clone)]
 pub struct JudgedPair {
-    /// lambda, 1/s.
-    pub eigenvalue: Complex64,
-    /// xi, m entries; the largest one is 1.
-    pub right: Vec<Complex64>,
-    /// v, m entries; the largest one is 1.
-    pub left: Vec<Complex64>,
+    /// The mode; the largest entry of each of its vectors is 1.
+    pub mode: Mode,
     /// xi over all dofs of the scene, n entries.
     pub shape: Vec<Complex64>,
-    /// `a = v' (C + 2 lambda M) xi`
-    pub a: Complex64,
-    /// Condition number of the eigenvalue in mass-normalised, scaled state space,
-    /// `(2 |lambda| |xi|_M |v|_M + |xi_s|_C |v_s|_C) / |a|` with the coordinates s that have no mass.
-    pub condition: f64,
-    /// Whether the condition number is so large that the mode has no left vector.
-    pub defective: bool,
-    /// `|P(lambda) xi| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |xi|)` in the largest entry and row sum, -.
-    pub residual: f64,
     /// How far rounding of the matrices moves the eigenvalue, 1/s.
     pub rounding: f64,
 }
@@ -62,11 +49,10 @@ pub fn judged_pairs(
     pairs: Vec<Triple>,
 ) -> Result<Vec<JudgedPair>, Error> {
     let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
-    let condensed = Condensed::new(scene, combination)?;
     let moving = &*scene.moving(combination)?;
     let reduction = Reduction::new(moving, combination);
     let pencil = Pencil::new(moving, combination, &reduction);
-    let over_dofs = |right: &[Complex64]| shape(scene, moving, &condensed, &reduction, right);
+    let over_dofs = |right: &[Complex64]| shape(scene, moving, &reduction, right);
     let damping = |k: usize| match &pencil.damping {
         PencilDamping::General(rows) => rows.get(k, k).high,
         PencilDamping::Proportional { .. } => 0.0,
@@ -112,17 +98,7 @@ fn judged(
         right,
         left,
     });
-    JudgedPair {
-        shape: over_dofs(&mode.right),
-        rounding: mode.rounding(pencil),
-        defective: mode.is_defective(),
-        eigenvalue: mode.eigenvalue,
-        a: mode.a,
-        condition: mode.condition,
-        residual: mode.residual,
-        right: mode.right,
-        left: mode.left,
-    }
+    JudgedPair { shape: over_dofs(&mode.right), rounding: mode.rounding(pencil), mode }
 }
 
 fn largest_row_sum(matrix: &SparseMatrix) -> f64 {

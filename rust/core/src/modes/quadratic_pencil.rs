@@ -23,22 +23,6 @@ impl DoubledRows {
         Self::from_rows(size, |i, row| row.extend((0..size).map(|j| (j, entry(i, j)))))
     }
 
-    /// `L' matrix R` of a reduction.
-    fn reduced(reduction: &Reduction, matrix: &SparseMatrix) -> Self {
-        let m = reduction.size();
-        let mut sums = vec![Doubled::default(); m];
-        let mut touched: Vec<usize> = Vec::new();
-        Self::from_rows(m, |i, row| {
-            for (j, factor, entry) in reduction.row(matrix, i) {
-                sums[j] = sums[j].add(Doubled::product(factor, entry));
-                touched.push(j);
-            }
-            touched.sort_unstable();
-            touched.dedup();
-            row.extend(touched.drain(..).map(|j| (j, std::mem::take(&mut sums[j]))));
-        })
-    }
-
     /// The matrix times a vector, in doubled precision.
     pub(crate) fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
         (0..self.size())
@@ -94,7 +78,8 @@ pub(crate) enum PencilDamping {
 
 impl Pencil {
     pub fn new(scene: &Scene, combination: &Combination, reduction: &Reduction) -> Self {
-        let rows = |matrix: &SparseMatrix| DoubledRows::reduced(reduction, matrix);
+        let add = |sum: Doubled, factor, entry| sum.add(Doubled::product(factor, entry));
+        let rows = |matrix: &SparseMatrix| reduction.summed(matrix, add);
         Self {
             combination: combination.clone(),
             size: reduction.size(),

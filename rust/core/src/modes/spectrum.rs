@@ -146,6 +146,7 @@ mod tests {
     use super::*;
     use crate::modes::quadratic_pencil::DoubledRows;
     use crate::modes::solvers::proportional::roots_of_mode;
+    use crate::numerics::double_double::Doubled;
     use crate::scene::status::Combination;
 
     /// A chain of 160 masses between two walls, in units of a steel mesh (K over M of 1e12 1/s^2), without and with a
@@ -179,6 +180,44 @@ mod tests {
                 let nearest = modes.iter().map(distance).fold(f64::INFINITY, f64::min);
                 // The closed form loses two digits of a slow mode to its cosine.
                 assert!(nearest <= 1e-12 * exact.norm(), "{skew}: {k}: {nearest:e}");
+            }
+        }
+    }
+
+    /// Two bodies, each of two masses that a spring of stiffness k joins, on soft springs: their slow modes are those of rigid
+    /// bodies to 1 / k, though k leaves nothing of the soft springs in working precision.
+    #[test]
+    fn slow_modes_of_stiff_bodies_keep_their_digits() {
+        let (ground, link) = ([1.0, 2.0], 0.5);
+        for stiff in [1e6, 1e10, 1e14] {
+            let entry = |i: usize, j: usize| match (i, j) {
+                (0, 0) => Doubled::from(stiff).add(ground[0].into()),
+                (1, 1) => Doubled::from(stiff).add(link.into()),
+                (2, 2) => Doubled::from(stiff).add((ground[1] + link).into()),
+                (3, 3) => stiff.into(),
+                (0, 1) | (1, 0) | (2, 3) | (3, 2) => (-stiff).into(),
+                (1, 2) | (2, 1) => (-link).into(),
+                _ => 0.0.into(),
+            };
+            let masses = [1.0, 1.0, 2.0, 2.0];
+            let pencil = Pencil {
+                combination: Combination::new(Vec::new()),
+                size: 4,
+                mass: DoubledRows::new(
+                    4,
+                    |i, j| if i == j { masses[i].into() } else { 0.0.into() },
+                ),
+                damping: PencilDamping::Proportional { alpha: 0.0, beta: 0.0 },
+                stiffness: DoubledRows::new(4, entry),
+            };
+            let modes = spectrum(&pencil, Vectors::Solved).unwrap();
+            let mut found: Vec<f64> = modes.iter().map(|mode| mode.eigenvalue.norm_sqr()).collect();
+            found.sort_by(f64::total_cmp);
+            // Of masses 2 and 4: kappa^2 - (a + b) kappa + a b - c = 0.
+            let (a, b) = ((ground[0] + link) / 2.0, (ground[1] + link) / 4.0);
+            let root = (0.25 * (a - b) * (a - b) + link * link / 8.0).sqrt();
+            for (found, exact) in found.iter().zip([0.5 * (a + b) - root, 0.5 * (a + b) + root]) {
+                assert!((found - exact).abs() <= 4.0 / stiff + 1e-14, "{stiff:e}: {found} {exact}");
             }
         }
     }

@@ -77,7 +77,7 @@ impl CombinationBasis {
                 function.functional = function.functional.pulled_back(&condensed.slaved);
             }
         }
-        let dependent = !scene.dependents.is_empty();
+        let dependent = scene.has_dependent_directions();
         let fitted =
             (dependent || is_linear).then(|| Arc::new(scene.fitted(combination).into_owned()));
         if let Some(fitted) = fitted.as_ref().filter(|_| dependent) {
@@ -179,8 +179,10 @@ impl CombinationBasis {
     /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.
     #[inline]
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
-        if let Some(condensed) = &self.condensed {
-            condensed.complete(q, u);
+        match (&self.condensed, &self.fitted) {
+            (Some(condensed), _) => condensed.complete(q, u),
+            (None, Some(fitted)) => fitted.follow(q, u),
+            (None, None) => {}
         }
         match &self.propagator {
             Propagator::Blocks(parts) => {
@@ -192,9 +194,6 @@ impl CombinationBasis {
                 }
             }
             Propagator::Modal(_) | Propagator::Taylor(_) | Propagator::Law(_) => {}
-        }
-        if let Some(fitted) = &self.fitted {
-            fitted.follow(q, u);
         }
     }
 

@@ -15,7 +15,7 @@
 
 use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::taylor::bordered::border_of;
-use crate::motion::taylor::dense_rows::DenseRows;
+use crate::motion::taylor::rows::Rows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::inertia::border::Border;
 use crate::scene::model::Scene;
@@ -41,7 +41,8 @@ const BORDER_ORDER: f64 = 55.0;
 const BORDER_ROW: f64 = 6.0;
 /// Work on an entry of a row of the border, which is used twice.
 const BORDER_ENTRY: f64 = 0.04;
-/// Rows whose work is that on one of a coordinate without mass, which is used twice one after the other.
+/// Cost of one massless coordinate, in rows of the border: its row is multiplied twice, the second time with the result of
+/// the first.
 const FOLLOWER: f64 = 1.75;
 /// Rows whose work is that on the coordinates beside the border.
 const OTHER_ROWS: f64 = 7.0;
@@ -62,7 +63,7 @@ pub(crate) fn largest(scene: &Scene) -> usize {
 /// Whether a run of a coupled scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for
 /// modes, and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
 pub(crate) fn marches_locally(scene: &Scene) -> bool {
-    let is_sparse = || !DenseRows::are_quicker(scene) && border_of(scene).is_none();
+    let is_sparse = || !Rows::are_quicker(scene) && border_of(scene).is_none();
     scene.size > largest(scene) && is_sparse()
 }
 
@@ -71,7 +72,7 @@ pub(crate) fn marches_locally(scene: &Scene) -> bool {
 pub(crate) fn pays_held_modes(scene: &Scene) -> bool {
     let n = scene.size;
     let rows = 2 * scene.contacts.len();
-    (DenseRows::are_quicker(scene) || !scene.mass.is_diagonal())
+    (Rows::are_quicker(scene) || !scene.mass.is_diagonal())
         && n <= LARGEST_HELD
         && Border::is_worth(n, rows)
         && border_of(scene).is_none()
@@ -83,7 +84,7 @@ fn work_of_order(scene: &Scene, free: usize) -> f64 {
     if let Some(border) = border_of(scene) {
         let followers = FOLLOWER * border.long_followers() as f64;
         work_of_border(border.coordinates.len() as f64 + followers, scene.size)
-    } else if DenseRows::are_quicker(scene) {
+    } else if Rows::are_quicker(scene) {
         DENSE_ENTRY * (free * scene.size) as f64
     } else {
         let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };

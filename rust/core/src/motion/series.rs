@@ -2,10 +2,11 @@
 //!
 //! Of n coordinates all terms of one order lie one after the other.
 
+use crate::contact::functional::Functional;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::simd::{GROUP, Kernel, Lanes, ZEROS, lanes_of, store};
 
-/// Groups of coordinates that are summed at once: their sums stay in registers, and none waits for the one before.
+/// Number of independent sums per pass: as many as stay in registers and hide the latency of an addition.
 const AT_ONCE: usize = 4;
 
 /// Work on groups of coordinates.
@@ -108,6 +109,15 @@ impl Kernel for Sizes<'_> {
         let n = self.n;
         self.all(simd, n);
     }
+}
+
+/// The sum of the absolute values of the terms of a functional, from those of places and of velocities.
+#[inline(always)]
+pub(crate) fn size_of(functional: &Functional, [q, u]: [&[f64]; 2]) -> f64 {
+    let sum = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
+        terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
+    };
+    sum(&functional.position, q) + sum(&functional.velocity, u)
 }
 
 /// The largest entry of a state in the norm, infinite beyond the range of numbers.

@@ -1,18 +1,19 @@
 //! Linear complementarity problems `w = M z + q, w >= 0, z >= 0, w z = 0`: a solution, and whether there is another.
 //!
 //! A solution is known by its *support*, the indices at which z may be positive and w = 0. Exchanges, in which indices of the
-//! wrong sign change sides, find the support as a rule in two or three steps. If the exchanges cycle, Lemke's method
-//! decides, and every support of a small problem is tried. For every q the solution is the only one if the symmetric part
+//! wrong sign change sides, find the support as a rule in two or three steps. If they cycle, the last one alone changes sides at
+//! a time, which ends for every matrix whose principal minors are positive (Murty 1974); and every support of a small problem is
+//! tried. For every q the solution is the only one if the symmetric part
 //! of M is positive definite (Cottle, Pang and Stone 1992, theorem 3.1.6); for the given q it is the only one if no other
 //! support of a small problem has a solution.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::numerics::lemke::lemke;
 use crate::numerics::singular_values::SingularValues;
 
-/// Number of exchanges after which the search by exchanges is given up.
+/// Number of exchanges of all indices of the wrong sign, and of one at a time, after which the search is given up.
 const EXCHANGES: usize = 40;
+const SINGLE_EXCHANGES: usize = 2000;
 /// Unknowns up to which every support is tried.
 pub(crate) const ENUMERATED: usize = 8;
 /// A sign below this part of the terms of a sum is lost in their rounding.
@@ -58,12 +59,8 @@ impl Complementarity {
 
     /// The support of a solution; `first` if it has one.
     pub fn support(&self, first: Vec<bool>) -> Option<Vec<bool>> {
-        let by_lemke = || {
-            let z = lemke(&self.matrix, &self.offsets)?;
-            let support: Vec<bool> = z.iter().map(|&z| z > 0.0).collect();
-            self.solved(&support).map(|_| support)
-        };
-        self.exchanged(first).or_else(by_lemke).or_else(|| self.supports().next())
+        let one_by_one = || self.exchanged(vec![false; self.offsets.len()], true);
+        self.exchanged(first, false).or_else(one_by_one).or_else(|| self.supports().next())
     }
 
     /// Whether the solution with a support is the only one.
@@ -83,7 +80,7 @@ impl Complementarity {
         let every = self.offsets.len() <= ENUMERATED;
         let found = match every {
             true => self.supports().find(other),
-            false => self.exchanged(vec![true; support.len()]).filter(other),
+            false => self.exchanged(vec![true; support.len()], false).filter(other),
         };
         match found {
             Some(support) => Uniqueness::Another(support),
@@ -93,18 +90,16 @@ impl Complementarity {
     }
 
     /// The support to which exchanges from a first one lead.
-    fn exchanged(&self, mut support: Vec<bool>) -> Option<Vec<bool>> {
-        for _ in 0..EXCHANGES {
+    fn exchanged(&self, mut support: Vec<bool>, one_by_one: bool) -> Option<Vec<bool>> {
+        for _ in 0..if one_by_one { SINGLE_EXCHANGES } else { EXCHANGES } {
             let (z, w) = self.candidate(&support)?;
-            let mut signs = z.iter().zip(&w).map(|(z, w)| *z < 0.0 || *w < 0.0);
-            let mut settled = true;
-            for inside in &mut support {
-                let wrong = signs.next().unwrap_or_default();
-                (*inside, settled) = (*inside != wrong, settled && !wrong);
-            }
-            if settled {
+            let wrong = (0..support.len()).filter(|&k| z[k] < 0.0 || w[k] < 0.0);
+            let wrong: Vec<usize> = wrong.collect();
+            if wrong.is_empty() {
                 return Some(support);
             }
+            let first = if one_by_one { wrong.len() - 1 } else { 0 };
+            wrong[first..].iter().for_each(|&k| support[k] = !support[k]);
         }
         None
     }

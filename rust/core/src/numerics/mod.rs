@@ -5,7 +5,6 @@ pub(crate) mod complementarity;
 pub(crate) mod double_double;
 pub(crate) mod first_root;
 pub(crate) mod gauss;
-pub(crate) mod lemke;
 pub(crate) mod phi;
 pub(crate) mod platform;
 pub(crate) mod simd;

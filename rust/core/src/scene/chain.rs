@@ -76,16 +76,9 @@ pub fn chain(
     wall_stiffness: f64,
 ) -> (Vec<f64>, SparseMatrix, Vec<f64>) {
     let size = DOFS * subsystems.len();
-    let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); size];
+    let mut all = Vec::new();
     springs(subsystems, links, wall_stiffness, |stiffness, elongation| {
-        for &(i, a) in elongation {
-            for &(j, b) in elongation {
-                match rows[i].iter_mut().find(|entry| entry.0 == j) {
-                    Some(entry) => entry.1 += stiffness * (a * b),
-                    None => rows[i].push((j, stiffness * (a * b))),
-                }
-            }
-        }
+        all.push((stiffness, elongation.to_vec()));
     });
     let mut mass = Vec::with_capacity(size);
     let mut force = vec![0.0; size];
@@ -93,9 +86,5 @@ pub fn chain(
         force[DOFS * index + 1] = part.load();
         mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
-    let stiffness = SparseMatrix::from_rows(size, |row, entries| {
-        rows[row].sort_by_key(|entry| entry.0);
-        entries.append(&mut rows[row]);
-    });
-    (mass, stiffness, force)
+    (mass, SparseMatrix::of_springs(size, &all), force)
 }

@@ -1,6 +1,7 @@
 //! A frictional unilateral contact with a rigid moving slider, a stop without friction, or friction under a given force.
 
 use crate::error::input::Error;
+use crate::linalg::sparse::summed;
 use crate::scene::status::Status;
 
 /// A direction whose part independent of the others is smaller than this is refused.
@@ -44,7 +45,7 @@ impl Direction {
             Direction::Vector(entries) => return check_finite(&argument(), entries),
             Direction::Entries(entries) => return check_entries(&argument(), entries, size),
         };
-        Err(Error::Shape { argument: argument(), expected, got })
+        Err(Error::shape(&argument(), &expected, got))
     }
 }
 
@@ -287,16 +288,12 @@ impl ContactInput {
             }
         }
         // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
-        let at = |entries: &[(usize, f64)], dof: usize| {
-            entries
-                .binary_search_by_key(&dof, |entry| entry.0)
-                .map_or(0.0, |place| entries[place].1)
-        };
         let parallel = |sign: f64| {
-            t.iter().chain(&n).all(|&(dof, _)| {
-                let difference = at(&t, dof) / t_largest - sign * at(&n, dof) / n_largest;
-                difference.abs() <= INDEPENDENCE
-            })
+            let t = t.iter().map(|&(dof, entry)| (dof, entry / t_largest));
+            let n = n.iter().map(|&(dof, entry)| (dof, -sign * entry / n_largest));
+            let mut difference = t.chain(n).collect();
+            summed(&mut difference);
+            difference.iter().all(|entry| entry.1.abs() <= INDEPENDENCE)
         };
         if parallel(1.0) || parallel(-1.0) {
             return Err(Error::NormalIsTangential { contact });
@@ -310,11 +307,9 @@ fn check_entries(argument: &str, entries: &[(usize, f64)], size: usize) -> Resul
     let ascending = entries.windows(2).all(|pair| pair[0].0 < pair[1].0);
     let expected = if ascending { "a dof index below" } else { "ascending dof indices below" };
     match entries.iter().find(|entry| !ascending || entry.0 >= size) {
-        Some(&(dof, _)) => Err(Error::Shape {
-            argument: argument.to_owned(),
-            expected: format!("{expected} {size}"),
-            got: dof.to_string(),
-        }),
+        Some(&(dof, _)) => {
+            Err(Error::shape(argument, &format!("{expected} {size}"), dof.to_string()))
+        }
         None => match entries.iter().find(|entry| !entry.1.is_finite()) {
             Some(&(dof, value)) => Err(Error::NotFinite {
                 argument: argument.to_owned(),

@@ -12,7 +12,7 @@ use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
 use crate::scene::input::scene_input::{Damping, SceneInput};
-use crate::scene::input::validated::{Validated, unfit};
+use crate::scene::input::validated::Validated;
 use crate::scene::input::with_nodes::with_nodes;
 use crate::scene::linear_terms::{EnergyParts, LinearTerms};
 use crate::scene::loads::input::Loads;
@@ -36,7 +36,8 @@ pub struct Scene {
     pub(crate) massless: Massless,
     /// Whether those that follow the others are eliminated; see [`crate::scene::massless::condensation`].
     pub(crate) condensed: bool,
-    /// Coordinates that are sums of others, because directions of contacts depend on each other.
+    /// Coordinates that follow others: sums of these where directions of contacts depend on each other, or without mass once
+    /// the scene is condensed.
     pub(crate) dependents: SlavedCoordinates,
     pub(crate) contacts: Vec<Contact>,
     /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
@@ -114,7 +115,7 @@ impl Scene {
         );
         let massless = Massless::new(&mass, &stiffness, &contacts, nodes.size)?;
         if !massless.is_empty() && !mass.is_diagonal() {
-            return Err(unfit(
+            return Err(Error::shape(
                 "mass",
                 "a diagonal one, as by Body.lumped() or fe.reduce(boundary='massless'), since some dofs have none or contacts are compliant",
                 "a mass that couples dofs".into(),
@@ -257,7 +258,7 @@ impl Scene {
 
     /// Whether directions of contacts depend on each other.
     pub fn has_dependent_directions(&self) -> bool {
-        !self.dependents.is_empty()
+        !self.condensed && !self.dependents.is_empty()
     }
 
     /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on

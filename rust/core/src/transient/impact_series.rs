@@ -21,8 +21,10 @@ const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 /// The limits for a series of impacts over several contacts at the instant of the state.
 pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let RunState { scene, q, controls, .. } = state;
+    let stands =
+        state.trajectory.events.last().is_some_and(|event| event.time == state.time.seconds);
     if !scene.contacts_coupled() {
-        return Series::default();
+        return Series { stands, ..Series::default() };
     }
     let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
     let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
@@ -33,6 +35,7 @@ pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let contacts = 0..scene.contacts.len();
     let ulp = state.time.ulp();
     Series {
+        stands,
         resolution,
         gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
         ratios: contacts.map(|contact| ratio(state, contact, struck(contact))).collect(),

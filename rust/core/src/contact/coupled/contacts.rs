@@ -119,26 +119,40 @@ impl Coupled<'_> {
     /// The velocities after the impulses that the statuses of contacts allow have stopped their normal velocities; `None`
     /// if these impulses are not determined.
     pub fn held(&self, problem: &[Touching], statuses: &[Status], u: &[f64]) -> Option<Vec<f64>> {
-        let velocity = |row: usize| {
-            let law = &self.scene.contacts[row / 2];
-            match row.is_multiple_of(2) {
-                true => u[law.tangential] - law.slider_speed,
-                false => u[law.normal],
-            }
-        };
-        let impulses = self.gathered(problem, Level::Impulses, velocity, u).forces(statuses)?;
+        let impulses =
+            self.gathered(problem, Level::Impulses, |row| self.rate(row, u), u).forces(statuses)?;
         let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
         self.push(&closed, impulses.as_slice(), &mut u);
-        for (&i, status) in closed.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
+        self.hold(&closed, statuses, |_| 0.0, &mut u);
+        self.scene.follow_held(std::iter::empty(), &mut u);
+        Some(u)
+    }
+
+    /// The slip velocity or the speed of the gap of a row (tangential, normal).
+    fn rate(&self, row: usize, u: &[f64]) -> f64 {
+        let law = &self.scene.contacts[row / 2];
+        match row.is_multiple_of(2) {
+            true => u[law.tangential] - law.slider_speed,
+            false => u[law.normal],
+        }
+    }
+
+    /// Sets the velocities that impulses hold at a speed exactly to it: of gaps that stay closed, and of what sticks.
+    fn hold(
+        &self,
+        contacts: &[usize],
+        statuses: &[Status],
+        rebound: impl Fn(usize) -> f64,
+        u: &mut [f64],
+    ) {
+        for (&i, status) in contacts.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
             let law = &self.scene.contacts[i];
-            u[law.normal] = 0.0;
+            u[law.normal] = rebound(i);
             if *status == Status::Sticking {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        self.scene.follow_held(std::iter::empty(), &mut u);
-        Some(u)
     }
 
     /// Adds to the velocities the changes that impulses (tangential, normal) on contacts cause.
@@ -200,7 +214,7 @@ impl Coupled<'_> {
         let rows: Vec<usize> = rows(problem).collect();
         let w = self.w.select_rows(&rows).select_columns(&rows);
         let a0 = DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row)));
-        let dependent = !self.scene.dependents.is_empty();
+        let dependent = self.scene.has_dependent_directions();
         ContactProblem { dependent, ..ContactProblem::new(closed, level, w, a0) }
     }
 
@@ -285,25 +299,12 @@ impl Coupled<'_> {
         let before = u.to_vec();
         let rebound = |i: usize| -contacts[i].restitution * before[contacts[i].normal].min(0.0);
         let velocity = |row: usize| {
-            let law = &contacts[row / 2];
-            match row.is_multiple_of(2) {
-                true => before[law.tangential] - law.slider_speed,
-                false => before[law.normal] - rebound(row / 2),
-            }
+            self.rate(row, &before) - if row % 2 == 1 { rebound(row / 2) } else { 0.0 }
         };
         let gathered = self.gathered(&problem, Level::Impulses, velocity, &before);
         let solution = self.solve(&gathered, &problem, Level::Impulses, q, &before)?;
         self.push(&touching, solution.forces.as_slice(), u);
-        // A velocity that the impulses hold at zero is set to zero exactly.
-        for (&i, &status) in touching.iter().zip(&solution.statuses) {
-            let law = &contacts[i];
-            if status.is_closed() {
-                u[law.normal] = rebound(i);
-            }
-            if status == Status::Sticking {
-                u[law.tangential] = law.slider_speed;
-            }
-        }
+        self.hold(&touching, &solution.statuses, rebound, u);
         // So is one that vanished before, where the impulses cancel each other.
         for (i, law) in contacts.iter().enumerate() {
             let rows = [(2 * i, law.tangential, law.slider_speed), (2 * i + 1, law.normal, 0.0)];

@@ -90,7 +90,7 @@ pub(crate) fn close_jointly(
             DMatrix::from_fn(pressed.len(), pressed.len(), |i, j| w(pressed[i].0, pressed[j].0));
         let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
         let lightest = mass.diagonal().max();
-        let dependent = !coupled.scene.dependents.is_empty();
+        let dependent = coupled.scene.has_dependent_directions();
         let values = mass.symmetric_eigenvalues();
         // A direction that depends on others has no mass of its own.
         let least = values.iter().filter(|&&value| !dependent || value > 1e-10 * lightest);

@@ -49,9 +49,9 @@ impl ContactProblem {
         components(count, |i, found| found.extend((0..count).filter(|&j| act(i, j) || act(j, i))))
     }
 
-    /// If there are more combinations than are enumerated, changes of single statuses, Lemke's method in two units of force (an
-    /// approach may be 1e-14 of the slip) and Gauss-Seidel iteration propose the statuses. A proposal counts if its linear
-    /// equations, solved to rounding, satisfy every inequality. There is no solution only if no method finds one.
+    /// If there are more combinations than are enumerated, changes of single statuses propose the statuses, and Gauss-Seidel
+    /// iteration where these come to no end. A proposal counts if its linear equations, solved to rounding, satisfy every
+    /// inequality. There is no solution only if no method finds one.
     fn solve_group(&self) -> Result<Solution, Unsolved> {
         let count = self.contacts.len();
         let combinations = self.contacts.iter().map(|own| own.choices().len());
@@ -60,19 +60,10 @@ impl ContactProblem {
         if if is_massless { all <= ENUMERATED_WITHOUT_MASS } else { count <= ENUMERATED } {
             return self.enumerate();
         }
-        if is_massless {
-            return self.by_changes().ok_or(Unsolved::NotFound);
-        }
-        let largest = |from: usize| self.a0.rows_with_step(from, count, 1).amax();
-        let (tangential, normal) = (largest(0), largest(1));
-        let lemke = [normal, tangential.max(normal)]
-            .into_iter()
-            .filter(|&unit| unit > 0.0)
-            .find_map(|unit| self.verified(&self.lemke_statuses(unit)?).ok());
-        match lemke.or_else(|| self.gauss_seidel()) {
+        match self.by_changes().or_else(|| self.gauss_seidel()) {
             Some(solution) => Ok(self.holding(solution)),
             None if count <= EXHAUSTED => self.enumerate(),
-            None => Err(Unsolved::None),
+            None => Err(Unsolved::NotFound),
         }
     }
 

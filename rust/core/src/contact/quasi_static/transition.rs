@@ -316,12 +316,12 @@ impl GroupEvent<'_> {
         from: &[f64],
     ) -> (DVector<f64>, DVector<f64>) {
         let places = self.places();
-        let of = |entry: &dyn Fn(usize, f64) -> f64| {
-            let each = places.iter().zip(from);
-            let all = each.map(|(place, &from)| place.map_or(0.0, |place| entry(place, from)));
-            DVector::from_iterator(from.len(), all)
-        };
-        (of(&|place, from| free[place] - from), of(&|place, from| sizes[place] + from.abs()))
+        let each = places.iter().zip(from).map(|(place, &from)| match place {
+            Some(place) => (free[*place] - from, sizes[*place] + from.abs()),
+            None => (0.0, 0.0),
+        });
+        let (a0, sizes): (Vec<f64>, Vec<f64>) = each.unzip();
+        (a0.into(), sizes.into())
     }
 
     /// Moves the group to the place to which it jumps under kinetic friction; returns the statuses there.

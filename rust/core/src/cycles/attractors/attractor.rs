@@ -62,6 +62,9 @@ pub fn settle(
         let controls = Controls { load_time: elapsed, ..search.controls() };
         let mut run = simulate(propagators, &state, look, search.method, controls)?;
         elapsed += run.end;
+        if let Some(cancel) = search.cancel {
+            cancel.tell_followed(elapsed);
+        }
         if let Some(attractor) = attractor(&run, search) {
             return Ok((attractor, run));
         }

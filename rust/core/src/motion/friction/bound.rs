@@ -18,7 +18,7 @@ use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::law_series::{UNIT, product_units, size};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
-use crate::motion::friction::series::rows::{Measure, Sizes};
+use crate::motion::series::size_of;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{Kernel, Lanes};
 use crate::scene::friction::law::FrictionLaw;
@@ -57,23 +57,14 @@ impl Kernel for Bound<'_> {
     fn run<S: Lanes>(self, simd: S) -> PanelBound {
         let Self { motion, scene, operator, scale } = self;
         let LawMotion {
-            taylor,
-            contacts,
-            coupling,
-            products,
-            sizes,
-            shortenings,
-            convolutions,
-            powers,
-            ..
+            taylor, contacts, coupling, sizes, shortenings, convolutions, powers, ..
         } = motion;
         let shortenings = *shortenings + TO_COME;
         let in_product = product_units(shortenings);
         let in_row = (operator.terms + 8 + PER_ROW * shortenings) as f64;
-        let terms = taylor.terms();
-        Measure { sizes, terms, size: scene.size, width: taylor.width }.run(simd);
-        if let Some(rows) = &operator.rows {
-            products.measure(simd, rows, sizes, powers);
+        let sizes = sizes.each_ref().map(|of| &of[..]);
+        if let Some(rows) = &operator.taylor.dense {
+            taylor.measure_outputs(simd, rows, sizes, powers);
         }
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
@@ -144,15 +135,15 @@ impl Kernel for Bound<'_> {
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
-            let of_normal = match operator.rows {
-                Some(_) => products.sizes(place)[0],
-                None => Sizes::of(&sizes.all, &one.normal),
+            let of_normal = match operator.taylor.dense {
+                Some(_) => taylor.products.sizes(place)[0],
+                None => size_of(&one.normal, sizes),
             };
             let size = sliding.at_origin_size + of_normal;
             let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             if let Some(flow) = &one.flow {
-                let of = |at_origin: f64, sum: &Functional| at_origin + Sizes::of(&sizes.all, sum);
+                let of = |at_origin: f64, sum: &Functional| at_origin + size_of(sum, sizes);
                 let of_friction = of(sliding.friction_at_origin[1], &flow.friction);
                 let of_normal = of(sliding.at_origin_size, &one.normal);
                 let terms = in_row * (of_friction + one.law.value(0.0) * of_normal);
@@ -179,10 +170,7 @@ impl Kernel for Bound<'_> {
         truncated += reach * (last + beyond);
         let of_orders: f64 = match scene.coupled_mass {
             // The largest row sum, over the sum of all orders.
-            None => {
-                let [q, u] = &sizes.all;
-                operator.taylor.largest_of([q, u], 1.0).run(simd)
-            }
+            None => operator.taylor.largest_of(sizes, 1.0).run(simd),
             Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
         };
         let load = taylor.width * taylor.force_norm(&operator.taylor);
@@ -246,6 +234,13 @@ impl LawMotion {
         scale: f64,
     ) -> PanelBound {
         let unit = self.unit;
+        self.taylor.measure();
+        let [constant, linear, higher] = self.taylor.sizes();
+        for (half, all) in self.sizes.iter_mut().enumerate() {
+            all.clear();
+            let orders = constant[half].iter().zip(&linear[half]).zip(&higher[half]);
+            all.extend(orders.map(|((constant, linear), higher)| constant + linear + higher));
+        }
         unit.run(Bound { motion: self, scene, operator, scale })
     }
 }

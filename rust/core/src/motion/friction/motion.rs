@@ -8,14 +8,15 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::error::run::LawEnd;
-use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::Flow;
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
-use crate::motion::friction::series::rows::{LawRows, Products, Sizes, Source};
 use crate::motion::panel::Panel;
+use crate::motion::series::size_of;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
+use crate::motion::taylor::rows::Rows;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::{Kernel, Lanes, VectorUnit};
 use crate::scene::friction::law::FrictionLaw;
@@ -95,11 +96,10 @@ pub(crate) struct LawMotion {
     pub(super) coupling: Coupling,
     /// Of two contacts each.
     pub(super) convolutions: Vec<Convolutions>,
-    /// Of small combinations, on the width that the recurrences had.
-    pub(super) products: Products,
-    /// Powers of the part of that width which the panel has.
+    /// Powers of the part that the panel has of the width on which the recurrences were.
     pub(super) powers: [f64; COEFFICIENTS],
-    pub(super) sizes: Sizes,
+    /// Sums of the absolute values of the coefficients of every coordinate and velocity.
+    pub(super) sizes: [Vec<f64>; 2],
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
     share: f64,
     /// How often the series was scaled to a shorter panel.
@@ -309,7 +309,7 @@ impl LawMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        match &operator.rows {
+        match &operator.taylor.dense {
             Some(rows) => self.expand_rows(operator, rows, functions, panel),
             None => {
                 self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
@@ -327,7 +327,7 @@ impl LawMotion {
     fn expand_rows(
         &self,
         operator: &LawOperator,
-        rows: &LawRows,
+        rows: &Rows,
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
@@ -336,10 +336,11 @@ impl LawMotion {
         for (index, function) in functions.iter().enumerate() {
             let [at_origin, constant] = self.taylor.constant(index);
             let functional = &function.functional;
-            let source = rows.source(index);
+            let source = operator.sources[index];
             let [size, higher] = match source {
-                Source::Row(place) => self.products.sizes(place),
-                _ => [&self.sizes.all, &self.sizes.higher].map(|of| Sizes::of(of, functional)),
+                Source::Row(place) => self.taylor.products.sizes(place),
+                _ => [&self.sizes, &self.taylor.sizes()[2]]
+                    .map(|of| size_of(functional, of.each_ref().map(|of| &of[..]))),
             };
             let tail = self.left_out * operator.taylor.function_norm(index);
             let error = rounding * (constant + size) + tail;
@@ -348,7 +349,7 @@ impl LawMotion {
             let row = panel.row(index);
             let least = match source {
                 Source::Row(place) => {
-                    let [start, negative] = self.products.least(rows, place);
+                    let [start, negative] = self.taylor.products.least(rows, place);
                     at_origin + start + negative
                 }
                 Source::Slip(contact) => {
@@ -364,7 +365,7 @@ impl LawMotion {
             panel.excluded[index] = least > error;
             if let (Source::Row(place), false) = (source, panel.excluded[index]) {
                 let row = panel.row(index);
-                let scaled = self.powers.iter().zip(self.products.row(rows, place));
+                let scaled = self.powers.iter().zip(self.taylor.products.row(rows, place));
                 row.iter_mut().zip(scaled).for_each(|(c, (power, term))| *c = power * term);
                 row[0] += at_origin;
             }

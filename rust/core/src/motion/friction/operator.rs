@@ -11,8 +11,8 @@ use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
-use crate::motion::friction::series::rows::LawRows;
 use crate::motion::taylor::operator::TaylorOperator;
+use crate::motion::taylor::rows::Rows;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -28,10 +28,21 @@ pub(crate) struct LawOperator {
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
     pub(super) response: Option<Response>,
-    /// A small combination in a form that is quicker.
-    pub(super) rows: Option<LawRows>,
+    /// Where dense rows give the coefficients of each event function.
+    pub(super) sources: Vec<Source>,
     /// Terms of the longest sum in one row of the equation.
     pub(super) terms: usize,
+}
+
+/// Where the coefficients of an event function are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Source {
+    /// In one of the rows below those of q''.
+    Row(usize),
+    /// In the slip speed of one of the contacts that slide by their laws.
+    Slip(usize),
+    /// In those of a coordinate.
+    Coordinate,
 }
 
 #[derive(Debug)]
@@ -111,11 +122,16 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        let rows = match taylor.equation.flowing() {
-            [] => LawRows::new(own, reduction, taylor.equation.moving(), &contacts, functions),
-            _ => None,
-        };
-        Ok(Self { taylor, contacts, response, rows, terms })
+        let (outputs, sources) = outputs(&contacts, functions);
+        if taylor.dense.is_some() {
+            let of = |one: &LawContact| {
+                one.direction.iter().map(|&(k, weight)| (k, one.sign * weight)).collect()
+            };
+            let forces: Vec<_> = contacts.iter().map(of).collect();
+            let moving = taylor.equation.moving();
+            taylor.dense = Rows::new(own, reduction, moving, &outputs, &forces);
+        }
+        Ok(Self { taylor, contacts, response, sources, terms })
     }
 
     /// Where slip has no mass: the rate at which its coordinate follows the others, 1/s, for a slope of the friction force over
@@ -204,6 +220,30 @@ impl LawOperator {
         let terms = |one: &LawContact| one.normal.position.len() + one.normal.velocity.len();
         self.taylor.numbers() + 2 * self.contacts.iter().map(terms).sum::<usize>()
     }
+}
+
+/// The rows that a combination needs beside those of q'': normal forces of the contacts first, and event functions of several
+/// coordinates.
+fn outputs<'a>(
+    contacts: &'a [LawContact],
+    functions: &'a [EventFunction],
+) -> (Vec<&'a Functional>, Vec<Source>) {
+    let mut functionals: Vec<&Functional> = contacts.iter().map(|one| &one.normal).collect();
+    let mut source = |EventFunction { functional, .. }: &'a EventFunction| {
+        let is_slip = |one: &LawContact| one.slip.scaled(-one.sign) == *functional;
+        let known = functionals.iter().position(|&known| known == functional);
+        match (known, contacts.iter().position(is_slip)) {
+            (Some(place), _) => Source::Row(place),
+            (None, Some(contact)) => Source::Slip(contact),
+            (None, None) if functional.single().is_some() => Source::Coordinate,
+            (None, None) => {
+                functionals.push(functional);
+                Source::Row(functionals.len() - 1)
+            }
+        }
+    };
+    let sources = functions.iter().map(&mut source).collect();
+    (functionals, sources)
 }
 
 /// A contact whose law makes the motion depend on forces that nothing determines, (T, N) of all contacts by column.

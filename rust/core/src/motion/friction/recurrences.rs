@@ -24,13 +24,12 @@ impl Kernel for Recurrences<'_> {
     fn run<S: Lanes>(self, simd: S) {
         let Self { motion, scene, operator } = self;
         motion.convolutions.iter_mut().for_each(|all| all.clear());
-        if let Some(rows) = &operator.rows {
-            let [q, dq] = motion.taylor.orders(0);
-            rows.begin(&mut motion.products, q, dq, 1.0 / motion.taylor.width);
+        if let Some(rows) = &operator.taylor.dense {
+            motion.taylor.begin_rows(rows);
         }
         for k in 0..COEFFICIENTS {
-            if let Some(rows) = &operator.rows {
-                rows.multiply(simd, k, &mut motion.products);
+            if let Some(rows) = &operator.taylor.dense {
+                rows.multiply(simd, k, &mut motion.taylor.products);
             }
             motion.laws(simd, operator, k);
             if let Some(response) = &operator.response {
@@ -103,19 +102,21 @@ impl LawMotion {
     /// One law and its force, from the terms of its two products with lower orders. Gives the factors of both products.
     #[inline(always)]
     fn law(&mut self, operator: &LawOperator, i: usize, k: usize, middle: [f64; 2]) -> [f64; 4] {
-        let Self { taylor, contacts, products, .. } = self;
+        let Self { taylor, contacts, .. } = self;
         let Some(sliding) = contacts.get_mut(i) else { return [0.0; 4] };
         let one = &operator.contacts[i];
         if let Some(flow) = &one.flow {
             return self.flow(one, flow, i, k, middle);
         }
         // The slip speed, and the normal force without those of laws.
-        let slip = match (&operator.rows, one.slip.single()) {
-            (Some(_), Some((1, place, weight))) => -one.sign * weight * products.velocity(place),
+        let slip = match (&operator.taylor.dense, one.slip.single()) {
+            (Some(_), Some((1, place, weight))) => {
+                -one.sign * weight * taylor.products.velocity(place)
+            }
             _ => -one.sign * taylor.coefficient(&one.slip, k),
         };
-        let of_normal = match &operator.rows {
-            Some(rows) => products.outputs(rows, k)[i],
+        let of_normal = match &operator.taylor.dense {
+            Some(rows) => taylor.products.outputs(rows, k)[i],
             None => taylor.coefficient(&one.normal, k),
         };
         sliding.step(one, k, [slip, of_normal], middle, operator.response.is_some())
@@ -169,15 +170,15 @@ impl LawMotion {
     /// The next order of the state.
     #[inline(always)]
     fn next<S: Lanes>(&mut self, simd: S, scene: &Scene, operator: &LawOperator, k: usize) {
-        let Self { taylor, contacts, base, products, .. } = self;
-        if let Some(rows) = &operator.rows {
+        let Self { taylor, contacts, base, .. } = self;
+        if let Some(rows) = &operator.taylor.dense {
             if k == 0 {
-                rows.load(base, products.states(rows));
+                rows.load(base, taylor.products.states(rows));
             }
             let h = taylor.width;
             let factors = [h * h / ((k + 1) * (k + 2)) as f64, (k + 2) as f64 / h];
             let forces = |contact: usize| contacts[contact].force[k];
-            return rows.next(simd, k, products, forces, factors, taylor.orders_from(k + 1));
+            return taylor.next_by_rows(simd, rows, k, forces, factors);
         }
         if k == 0 {
             taylor.force.copy_from_slice(base);

@@ -7,7 +7,7 @@
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::motion::taylor::doubled_products::{LessDot, LessRow, total};
+use crate::motion::taylor::doubled_products::{LessDot, LessRow};
 use crate::motion::taylor::following::{BLOCK, Following, Places};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
@@ -198,7 +198,8 @@ impl BorderedRows {
         }
         for &place in self.active.iter().flatten() {
             let (k, row) = (border.coordinates[place], border.row(Some(place)));
-            rows[k] = total(rows[k], self.unit.run(LessDot { row, moved }));
+            let dot = LessDot { sum: rows[k], row: cast_slice(row), moved: cast_slice(moved) };
+            rows[k] = self.unit.run(dot);
             self.unit.run(LessRow { row, by: [q[k], 0.0], sum: &mut *sum, low: &mut *low });
         }
         let inverse: &[f64] = cast_slice(&border.inverse_mass);

@@ -3,19 +3,36 @@
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group};
 
-/// `-row . moved`, lane by lane in doubled precision.
+/// `sum - row . moved`
 pub(super) struct LessDot<'a> {
-    pub row: &'a [Group],
-    pub moved: &'a [Group],
+    pub sum: Doubled,
+    pub row: &'a [f64],
+    pub moved: &'a [f64],
 }
 
 impl Kernel for LessDot<'_> {
-    type Output = [Group; 2];
+    type Output = Doubled;
 
     #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
-        let terms = self.row.iter().zip(self.moved);
-        terms.fold([ZEROS; 2], |dot, (&a, &b)| less_product(simd, dot, a, b))
+    fn run<S: Lanes>(self, simd: S) -> Doubled {
+        let Self { sum, row, moved } = self;
+        let ((a, a_rest), (b, b_rest)) = (row.as_chunks::<GROUP>(), moved.as_chunks::<GROUP>());
+        let ((pairs, odd), (pairs_b, odd_b)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
+        // Two sums hide half of the latency of additions.
+        let [mut even, mut other] = [[ZEROS; 2]; 2];
+        for (&[a, c], &[b, d]) in pairs.iter().zip(pairs_b) {
+            even = less_product(simd, even, group(a), group(b));
+            other = less_product(simd, other, group(c), group(d));
+        }
+        for (&a, &b) in odd.iter().zip(odd_b) {
+            even = less_product(simd, even, group(a), group(b));
+        }
+        let terms = a_rest.iter().zip(b_rest).map(|(&a, &b)| Doubled::product(-a, b));
+        [even, other].into_iter().fold(terms.fold(sum, Doubled::add), |total, part| {
+            let [high, low]: [[f64; GROUP]; 2] = part.map(pulp::cast);
+            (0..GROUP)
+                .fold(total, |total, lane| total.add(Doubled { high: high[lane], low: low[lane] }))
+        })
     }
 }
 
@@ -39,12 +56,6 @@ impl Kernel for LessRow<'_> {
             *low = simd.negate_mul_add_f64s(row, rest, *low);
         }
     }
-}
-
-/// The sum of the lanes and of what they are added to.
-pub(super) fn total(start: Doubled, lanes: [Group; 2]) -> Doubled {
-    let [high, low]: [[f64; GROUP]; 2] = lanes.map(pulp::cast);
-    (0..GROUP).fold(start, |total, lane| total.add(Doubled { high: high[lane], low: low[lane] }))
 }
 
 /// `sum - a b`, with what rounding loses added to the second part.
@@ -106,6 +117,22 @@ mod tests {
                 let error = (found.high - expected.high) + (found.low - expected.low);
                 prop_assert!(error.abs() <= 1e-31, "{found:?} of {expected:?}");
             }
+        }
+
+        /// The sum in doubled numbers one after the other.
+        #[test]
+        fn dots_are_sums_in_doubled_precision(
+            sum in -1.0..1.0f64,
+            pairs in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 0..60),
+        ) {
+            let (row, moved): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+            let sum = Doubled::from(sum);
+            let by = |unit: VectorUnit| unit.run(LessDot { sum, row: &row, moved: &moved });
+            let [found, portable] = [VectorUnit::default(), VectorUnit::Portable].map(by);
+            prop_assert_eq!((found.high, found.low), (portable.high, portable.low));
+            let terms = row.iter().zip(&moved).map(|(&a, &b)| Doubled::product(-a, b));
+            let error = found.add(terms.fold(sum, Doubled::add).times(-1.0)).value();
+            prop_assert!(error.abs() <= 1e-29, "{error:e}");
         }
     }
 }

@@ -14,7 +14,7 @@
 use nalgebra::DMatrix;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::motion::taylor::doubled_products::{LessDot, LessRow, total};
+use crate::motion::taylor::doubled_products::{LessDot, LessRow};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
@@ -24,8 +24,8 @@ use crate::scene::model::Scene;
 
 /// Rows that are multiplied at once.
 pub(super) const BLOCK: usize = 4;
-/// How often a matrix is squared to bound its largest eigenvalue: the bound is at most the `2^(SQUARES + 1)`-th root of its
-/// size too large.
+/// The largest eigenvalue is bounded by the norm of A^(2^SQUARES) to the power 2^(-SQUARES), which is too large by at most the
+/// 2^(SQUARES + 1)-th root of the order of A.
 const SQUARES: usize = 3;
 /// More than rounding adds up to in these products.
 const ROUNDING: f64 = 1e-12;
@@ -253,8 +253,8 @@ impl Following {
                         products.fold(Doubled::default(), Doubled::add)
                     }
                     FollowerRows::Long(_) => {
-                        let row = followers.row(place, moved.len());
-                        total(Doubled::default(), unit.run(LessDot { row, moved })).times(-1.0)
+                        let row = cast_slice(followers.row(place, moved.len()));
+                        unit.run(LessDot { sum: Doubled::default(), row, moved: q }).times(-1.0)
                     }
                 };
             }

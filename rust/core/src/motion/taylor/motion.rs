@@ -12,15 +12,15 @@ use std::ops::Range;
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::panel::{Panel, rounding};
-use crate::motion::series::{Horner, Sizes};
-use crate::motion::taylor::balance::Balance;
+use crate::motion::series::{Horner, Sizes, size_of};
 use crate::motion::taylor::bordered::{Buffers, Order};
-use crate::motion::taylor::dense_rows::{DenseRows, Orders};
+use crate::motion::taylor::doubled_products::LessDot;
 use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
+use crate::motion::taylor::rows::{Orders, Products, Rows};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::{GROUP, VectorUnit};
+use crate::numerics::simd::{GROUP, Lanes, VectorUnit};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
@@ -55,8 +55,8 @@ pub(crate) struct TaylorMotion {
     series: Vec<f64>,
     residual: Vec<f64>,
     combined: Vec<f64>,
-    /// Of the dense product.
-    moved: Vec<f64>,
+    /// Of dense rows.
+    pub(crate) products: Products,
     /// Of the product with a border.
     buffers: Buffers,
     /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.
@@ -130,34 +130,34 @@ impl TaylorMotion {
 
     /// The force at the origin, and the norm of the origin.
     fn balance(&mut self, scene: &Scene, operator: &TaylorOperator) {
-        let Self { origin, force, buffers, .. } = self;
+        let Self { origin, force, buffers, unit, .. } = self;
         force.clear();
         force.resize(origin.len(), 0.0);
         if let Some(rows) = &operator.bordered {
             rows.balance(scene, &operator.equation, origin, force, buffers);
         } else {
             let reduction = &operator.equation.reduction;
-            let mut rows = Vec::new();
-            if operator.dense.is_some() && scene.size >= LONG {
-                rows.resize(scene.size, Doubled::default());
-                let rows = &mut rows[..];
-                VectorUnit::default().run(Balance { scene, reduction, q: origin, rows });
-            }
-            let of_row = |row: usize| {
-                if let Some(&known) = rows.get(row) {
-                    return known;
+            let mut gathered: Vec<f64> = Vec::with_capacity(origin.len());
+            let mut of_row = |row: usize| {
+                let (columns, values) = scene.stiffness.entries_of(row);
+                let sum = Doubled::from(scene.force[row]);
+                if columns.len() < LONG {
+                    let terms = columns.iter().zip(values);
+                    let terms = terms.map(|(&k, &value)| Doubled::product(-value, origin[k]));
+                    return terms.fold(sum, Doubled::add);
                 }
-                let terms =
-                    scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, origin[k]));
-                terms.fold(Doubled::from(scene.force[row]), Doubled::add)
+                gathered.clear();
+                gathered.extend(columns.iter().map(|&k| origin[k]));
+                unit.run(LessDot { sum, row: values, moved: &gathered })
             };
             reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
             for merges in reduction.merges.chunk_by(|a, b| a.position == b.position) {
                 let k = reduction.kept[merges[0].position];
+                let first = of_row(k);
                 let merged = |sum: Doubled, merge: &RowMerge| {
                     sum.add(of_row(merge.normal).times(merge.factor))
                 };
-                force[k] = merges.iter().fold(of_row(k), merged).value();
+                force[k] = merges.iter().fold(first, merged).value();
             }
         }
         let sizes = operator
@@ -244,24 +244,42 @@ impl TaylorMotion {
 
     /// Orders of the series by dense rows, with the force in the first of them where that is `forced`.
     #[inline]
-    fn by_rows(&mut self, rows: &DenseRows, width: f64, orders: Range<usize>, forced: bool) {
-        let Self { terms, force, moved, size, .. } = self;
+    fn by_rows(&mut self, rows: &Rows, width: f64, orders: Range<usize>, forced: bool) {
+        let Self { terms, force, products, size, unit, .. } = self;
         let size = *size;
         let force = forced.then_some(&force[..]);
-        rows.advance(Orders { terms, size, width, orders, force }, moved);
+        unit.run(Orders { rows, products, terms, size, width, orders, force });
     }
 
-    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
-    pub(crate) fn terms(&self) -> &[f64] {
-        &self.terms
+    /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.
+    pub(crate) fn sizes(&self) -> &[[Vec<f64>; 2]; 3] {
+        &self.sizes
     }
 
-    /// All coefficients from an order on, of this many numbers each.
-    pub(crate) fn orders_from(&mut self, k: usize) -> (usize, &mut [f64]) {
-        (self.size, &mut self.terms[k * self.size..])
+    /// Begins the dense rows of all orders, of which each needs the one before.
+    #[inline(always)]
+    pub(crate) fn begin_rows(&mut self, rows: &Rows) {
+        let Self { terms, products, size, width, .. } = self;
+        let start = terms[..2 * *size].split_at(*size).into();
+        rows.begin(products, COEFFICIENTS, start, 1.0 / *width);
+    }
+
+    /// Q_{k+2} from the dense rows of order k and forces beside those of the equation.
+    #[inline(always)]
+    pub(crate) fn next_by_rows<S: Lanes>(
+        &mut self,
+        simd: S,
+        rows: &Rows,
+        k: usize,
+        forces: impl Fn(usize) -> f64,
+        factors: [f64; 2],
+    ) {
+        let Self { terms, products, size, .. } = self;
+        rows.next(simd, k, products, forces, factors, (*size, &mut terms[(k + 1) * *size..]));
     }
 
     /// Coefficients of q of order k and of the next.
+    #[cfg(test)]
     pub(crate) fn orders(&self, k: usize) -> [&[f64]; 2] {
         let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
         [q, dq]
@@ -386,9 +404,6 @@ impl TaylorMotion {
         }
         let long = |index: usize| rows.get(index);
         let sum = |index: usize, order: usize| -> f64 {
-            let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
-                terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
-            };
             let [of_q, of_u] = &self.sizes[order];
             match long(index) {
                 Some(row) => {
@@ -397,13 +412,9 @@ impl TaylorMotion {
                         (0.0, _) => of_u,
                         _ => &self.together[order],
                     };
-                    let rest = of(&row.rest.position, of_q) + of(&row.rest.velocity, of_u);
-                    rows.size(row, sizes) + rest
+                    rows.size(row, sizes) + size_of(&row.rest, [of_q, of_u])
                 }
-                None => {
-                    let functional = &functions[index].functional;
-                    of(&functional.position, of_q) + of(&functional.velocity, of_u)
-                }
+                None => size_of(&functions[index].functional, [of_q, of_u]),
             }
         };
         self.open.clear();
@@ -551,11 +562,24 @@ impl TaylorMotion {
     }
 
     /// Absolute values of the coefficients of every coordinate and velocity.
-    fn measure(&mut self) {
+    pub(crate) fn measure(&mut self) {
         let Self { terms, sizes, size: n, width, unit, .. } = self;
         sizes.iter_mut().flatten().for_each(|sizes| sizes.resize(*n, 0.0));
         let rates = std::array::from_fn(|k| (k + 1) as f64 / *width);
         unit.run(Sizes { terms, n: *n, rates, sizes });
+    }
+
+    /// Bounds of the outputs of dense rows, from the sizes of all coefficients.
+    #[inline(always)]
+    pub(crate) fn measure_outputs<S: Lanes>(
+        &mut self,
+        simd: S,
+        rows: &Rows,
+        all: [&[f64]; 2],
+        powers: &[f64; COEFFICIENTS],
+    ) {
+        let higher = self.sizes[2].each_ref().map(|of| &of[..]);
+        self.products.measure(simd, rows, [all, higher], powers);
     }
 
     pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {

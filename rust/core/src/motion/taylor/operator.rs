@@ -18,9 +18,9 @@ use crate::motion::panel::rounding;
 use crate::motion::row_rounding::RowRounding;
 use crate::motion::series::Largest;
 use crate::motion::taylor::bordered::{BorderedRows, border_of};
-use crate::motion::taylor::dense_rows::DenseRows;
 use crate::motion::taylor::function_rows::FunctionRows;
 use crate::motion::taylor::held_modes::HeldModes;
+use crate::motion::taylor::rows::Rows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::massless::condensation::Condensed;
@@ -43,7 +43,7 @@ const IN_ROW: usize = 16;
 pub(crate) struct TaylorOperator {
     pub(crate) equation: EquationOfMotion,
     /// The same equation in a form that is quicker for small scenes.
-    pub(super) dense: Option<DenseRows>,
+    pub(crate) dense: Option<Rows>,
     /// In one that is quicker where stiffness couples coordinates through contacts alone.
     pub(super) bordered: Option<BorderedRows>,
     /// Event functions of many coordinates, with either of them.
@@ -143,7 +143,7 @@ impl TaylorOperator {
         let scene = fitted.as_deref().unwrap_or(scene);
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
         let dense = match equation.flowing() {
-            [] => DenseRows::new(scene, &equation.reduction, equation.moving()),
+            [] => Rows::new(scene, &equation.reduction, equation.moving(), &[], &[]),
             _ => None,
         };
         let bordered = BorderedRows::new(scene, &equation, condensed);

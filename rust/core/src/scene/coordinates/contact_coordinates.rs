@@ -73,22 +73,6 @@ impl Coordinates {
                 all.into_iter().map(|slot| slot.or_else(|| beyond.next()).unwrap_or(size));
             contacts.iter().filter_map(|_| Some((all.next()?, all.next()?))).collect()
         };
-        let nodal = directions.iter().all(|direction| matches!(direction[..], [(_, 1.0)]));
-        if nodal && mass.is_diagonal() {
-            let mut taken = vec![false; size];
-            let slots: Vec<usize> = directions.iter().map(|direction| direction[0].0).collect();
-            if !slots.iter().any(|&dof| std::mem::replace(&mut taken[dof], true)) {
-                return Ok(Self {
-                    slots: in_pairs(&slots),
-                    missing,
-                    dependents: SlavedCoordinates::default(),
-                    coupled: false,
-                    dofs: size,
-                    transform: None,
-                    delassus: None,
-                });
-            }
-        }
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
         for (index, direction) in directions.iter().enumerate() {
             direction.iter().for_each(|&(dof, _)| along[dof].push(index));
@@ -226,9 +210,10 @@ impl Coordinates {
     /// `T' matrix T`
     pub fn transformed(&self, matrix: SparseMatrix) -> SparseMatrix {
         match &self.transform {
-            None => self.extended(matrix),
-            Some(transform) => self.extended(matrix.transformed(&transform.forward)),
+            None => matrix,
+            Some(transform) => matrix.transformed(&transform.forward),
         }
+        .padded(self.size())
     }
 
     /// Number of coordinates.
@@ -236,24 +221,13 @@ impl Coordinates {
         self.dofs + self.missing + self.dependents.len()
     }
 
-    /// The matrix with empty rows and columns for the coordinates that do not belong to x.
-    fn extended(&self, matrix: SparseMatrix) -> SparseMatrix {
-        match self.size() {
-            size if size == self.dofs => matrix,
-            size => SparseMatrix::from_rows(size, |row, entries| {
-                if row < self.dofs {
-                    entries.extend(matrix.row(row));
-                }
-            }),
-        }
-    }
-
     /// The same of a symmetric matrix.
     pub fn congruent(&self, matrix: SparseMatrix) -> SparseMatrix {
         match &self.transform {
-            None => self.extended(matrix),
-            Some(transform) => self.extended(matrix.congruent(&transform.forward)),
+            None => matrix,
+            Some(transform) => matrix.congruent(&transform.forward),
         }
+        .padded(self.size())
     }
 
     /// Column `slot` of T: the displacement of the dofs when that coordinate moves by one, and the factors by which forces on

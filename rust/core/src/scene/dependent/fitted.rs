@@ -57,7 +57,7 @@ impl Scene {
     /// Brings velocities up to date with those that are known exactly: of `held` coordinates, of gaps at rest, and of slip
     /// velocities that vanish. A coordinate with the same direction as one of these is then known as exactly.
     pub(crate) fn follow_held(&self, held: impl Iterator<Item = usize>, u: &mut [f64]) {
-        if self.dependents.is_empty() {
+        if !self.has_dependent_directions() {
             return;
         }
         let mut held: Vec<usize> = held.collect();

@@ -206,7 +206,7 @@ mod tests {
             let ceiling = contact(vec![(0, -0.3), (1, 1.0)], vec![(0, 0.2), (2, -2.0)]);
             let whole = scene(&[1.0, 2.0, 3.0], &stiffness, vec![floor, ceiling]);
             let combination = Combination::parse(&held, 2).expect("statuses");
-            prop_assert!(!whole.dependents.is_empty());
+            prop_assert!(whole.has_dependent_directions());
             let fitted = whole.fitted(&combination);
             // The dofs per coordinate of x that is no sum of others.
             let free = (0..fitted.size).filter(|&k| fitted.dependents.find(k).is_none());

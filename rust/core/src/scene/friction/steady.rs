@@ -23,11 +23,8 @@ impl Scene {
     pub fn with_friction_laws(mut self, mut laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
         let (given, expected) = (laws.len(), self.contacts.len());
         if given != expected {
-            return Err(Error::Shape {
-                argument: "friction laws".to_owned(),
-                expected: format!("{expected} entries, one per contact"),
-                got: format!("{given} entries"),
-            });
+            let expected = format!("{expected} entries, one per contact");
+            return Err(Error::shape("friction laws", &expected, format!("{given} entries")));
         }
         for (contact, given) in laws.iter_mut().enumerate() {
             let Some(law) = given else { continue };
@@ -149,7 +146,7 @@ impl Scene {
             let combination = combination.to_string();
             return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
         }
-        if !self.dependents.is_empty() {
+        if self.has_dependent_directions() {
             self.tilted().steady(combination)?;
         }
         Ok(self.about(combination, &pressed))
@@ -216,22 +213,11 @@ impl Scene {
 
     /// C + G with dampers along the slip of contacts.
     fn damping_beside(&self, dampers: &[(usize, f64)]) -> SparseMatrix {
-        let mut rows = vec![Vec::new(); self.size];
-        for &(contact, damper) in dampers {
-            let terms = self.terms_of(self.contacts[contact].tangential);
-            for &(k, a) in &terms {
-                rows[k].extend(terms.iter().map(|&(j, b)| (j, damper * a * b)));
-            }
-        }
-        let added = SparseMatrix::from_rows(self.size, |k, entries| {
-            rows[k].sort_by_key(|entry| entry.0);
-            for &(j, value) in &rows[k] {
-                match entries.last_mut() {
-                    Some(last) if last.0 == j => last.1 += value,
-                    _ => entries.push((j, value)),
-                }
-            }
-        });
+        let along = |&(contact, damper): &(usize, f64)| {
+            (damper, self.terms_of(self.contacts[contact].tangential))
+        };
+        let along: Vec<(f64, Vec<(usize, f64)>)> = dampers.iter().map(along).collect();
+        let added = SparseMatrix::of_springs(self.size, &along);
         self.damping.combined(1.0, &added, 1.0)
     }
 }

@@ -31,7 +31,7 @@ impl Validated {
             Mass::Sparse(mass) => mass.size(),
         };
         if size == 0 {
-            return Err(unfit("mass", "at least one dof", "none".into()));
+            return Err(Error::shape("mass", "at least one dof", "none".into()));
         }
         let mass = validated_mass(input.mass)?;
         let stiffness =
@@ -51,7 +51,7 @@ impl Validated {
         let damping = validated_damping(size, input.damping)?;
         if input.force.len() != size {
             let expected = format!("shape ({size},)");
-            return Err(unfit("force", &expected, format!("({},)", input.force.len())));
+            return Err(Error::shape("force", &expected, format!("({},)", input.force.len())));
         }
         check_finite("force", &input.force)?;
         for (contact, law) in input.contacts.iter().enumerate() {
@@ -86,7 +86,7 @@ fn of_size(size: usize, argument: &str, matrix: SparseMatrix) -> Result<SparseMa
         return Ok(matrix);
     }
     let expected = format!("shape ({size}, {size})");
-    Err(unfit(argument, &expected, format!("({0}, {0})", matrix.size())))
+    Err(Error::shape(argument, &expected, format!("({0}, {0})", matrix.size())))
 }
 
 fn validated_damping(size: usize, damping: Damping) -> Result<Damping, Error> {
@@ -119,7 +119,11 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
         Mass::Full(mass) => {
             if !mass.is_square() {
                 let (rows, columns) = mass.shape();
-                return Err(unfit("mass", "shape (n,) or (n, n)", format!("({rows}, {columns})")));
+                return Err(Error::shape(
+                    "mass",
+                    "shape (n,) or (n, n)",
+                    format!("({rows}, {columns})"),
+                ));
             }
             let mass = SparseMatrix::from_dense(&mass).validated_symmetric("mass")?;
             let heavy: Vec<usize> =
@@ -142,9 +146,4 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
             }
         }
     }
-}
-
-/// An argument that has another shape than it is to have.
-pub(crate) fn unfit(argument: &str, expected: &str, got: String) -> Error {
-    Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }

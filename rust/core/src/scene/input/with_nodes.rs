@@ -26,7 +26,7 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     }
     let mut force = stated.force;
     force.resize(nodes.size, 0.0);
-    let padded = |matrix: SparseMatrix| nodes.padded(matrix);
+    let padded = |matrix: SparseMatrix| matrix.padded(nodes.size);
     let whole = Validated {
         mass: padded(stated.mass),
         stiffness: nodes.with_springs(stated.stiffness),

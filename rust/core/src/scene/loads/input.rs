@@ -79,20 +79,15 @@ impl Loads {
                 before = time;
             }
             if load.values.len() != load.times.len() + 1 {
-                return Err(Error::Shape {
-                    argument: named("values"),
-                    expected: format!("{} numbers, one more than times", load.times.len() + 1),
-                    got: load.values.len().to_string(),
-                });
+                let expected = format!("{} numbers, one more than times", load.times.len() + 1);
+                let got = load.values.len().to_string();
+                return Err(Error::shape(&named("values"), &expected, got));
             }
         }
         for load in &self.vibrations {
             if load.contact >= contacts {
-                return Err(Error::Shape {
-                    argument: "slider_vibration".into(),
-                    expected: format!("a contact below {contacts}"),
-                    got: load.contact.to_string(),
-                });
+                let expected = format!("a contact below {contacts}");
+                return Err(Error::shape("slider_vibration", &expected, load.contact.to_string()));
             }
             let named =
                 |field: &str| format!("contact {}: slider_vibration: {field}", load.contact);
@@ -117,11 +112,8 @@ fn check_wave(named: &impl Fn(&str) -> String, frequency: f64, phase: f64) -> Re
 
 fn check_direction(argument: &str, entries: &[(usize, f64)], dofs: usize) -> Result<(), Error> {
     if let Some(&(dof, _)) = entries.iter().find(|entry| entry.0 >= dofs) {
-        return Err(Error::Shape {
-            argument: argument.to_owned(),
-            expected: format!("a dof index below {dofs}"),
-            got: dof.to_string(),
-        });
+        let expected = format!("a dof index below {dofs}");
+        return Err(Error::shape(argument, &expected, dof.to_string()));
     }
     check_finite(argument, &entries.iter().map(|entry| entry.1).collect::<Vec<_>>())
 }

@@ -160,26 +160,15 @@ impl Drive {
     /// The part of the drive that belongs to some of the coordinates, which ascend.
     pub fn restricted(&self, coordinates: &[usize]) -> Self {
         let place = |coordinate: usize| coordinates.binary_search(&coordinate).ok();
-        let oscillator = |one: &Oscillator| {
-            Some(Oscillator { coordinate: place(one.coordinate)?, ..one.clone() })
-        };
-        let switch =
-            |one: &Switch| Some(Switch { coordinate: place(one.coordinate)?, ..one.clone() });
-        let carried = |one: &Carried| {
-            let oscillator = oscillator(&one.oscillator)?;
-            Some(Carried { tangential: place(one.tangential)?, oscillator, ..one.clone() })
-        };
-        let force = |one: &Force| {
-            let (row, coordinate) = (place(one.row)?, place(one.coordinate)?);
-            Some(Force { row, coordinate, ..one.clone() })
-        };
-        Self {
-            structure: coordinates.partition_point(|&k| k < self.structure),
-            oscillators: self.oscillators.iter().filter_map(oscillator).collect(),
-            switches: self.switches.iter().filter_map(switch).collect(),
-            carried: self.carried.iter().filter_map(carried).collect(),
-            forces: self.forces.iter().filter_map(force).collect(),
-        }
+        let moves = |k: &mut usize| place(*k).map(|place| *k = place).is_some();
+        let mut part = self.clone();
+        part.structure = coordinates.partition_point(|&k| k < self.structure);
+        part.oscillators.retain_mut(|one| moves(&mut one.coordinate));
+        part.switches.retain_mut(|one| moves(&mut one.coordinate));
+        part.carried
+            .retain_mut(|one| moves(&mut one.tangential) && moves(&mut one.oscillator.coordinate));
+        part.forces.retain_mut(|one| moves(&mut one.row) && moves(&mut one.coordinate));
+        part
     }
 
     /// Lets an oscillator move by another scale.

@@ -142,7 +142,7 @@ impl Condensed {
         self.scene.clone().unwrap_or_else(|| Arc::new(self.left_of(scene)))
     }
 
-    /// What is left of `scene`, over all coordinates; rows and columns of those that follow are zero.
+    /// What is left of `scene`, over all coordinates, of which those without mass follow; their rows and columns are zero.
     fn left_of(&self, scene: &Scene) -> Scene {
         let mut force = scene.force.clone();
         let stiffness = SparseMatrix::from_rows(scene.size, |row, entries| {
@@ -159,7 +159,7 @@ impl Condensed {
         });
         // Beside a border series need no scene that is left.
         let coupled_mass = None;
-        let dependents = SlavedCoordinates::default();
+        let dependents = self.slaved.clone();
         Scene { condensed: true, dependents, coupled_mass, stiffness, force, ..scene.clone() }
     }
 

@@ -250,39 +250,18 @@ impl Nodes {
         self.springs.is_empty()
     }
 
-    /// A matrix over the dofs with rows of zeros for the nodes.
-    pub fn padded(&self, matrix: SparseMatrix) -> SparseMatrix {
-        if self.is_empty() {
-            return matrix;
-        }
-        let dofs = matrix.size();
-        SparseMatrix::from_rows(self.size, |row, entries| {
-            if row < dofs {
-                entries.extend(matrix.row(row));
-            }
-        })
-    }
-
     /// K with the springs: `k (z - d . x)^2 / 2` is the energy of each.
     pub fn with_springs(&self, stiffness: SparseMatrix) -> SparseMatrix {
         if self.is_empty() {
             return stiffness;
         }
-        let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
-        for Spring { node, direction, stiffness: k } in &self.springs {
-            let stretch = || {
-                let body = direction.iter().map(|&(dof, entry)| (dof, -entry));
-                body.chain([(*node, 1.0)])
-            };
-            for (i, a) in stretch() {
-                added[i].extend(stretch().map(|(j, b)| (j, a * k * b)));
-            }
-        }
-        let springs = SparseMatrix::from_rows(self.size, |row, entries| {
-            entries.append(&mut added[row]);
-            summed(entries);
-        });
-        self.padded(stiffness).combined(1.0, &springs, 1.0)
+        let stretch = |Spring { node, direction, stiffness }: &Spring| {
+            let body = direction.iter().map(|&(dof, entry)| (dof, -entry));
+            (*stiffness, body.chain([(*node, 1.0)]).collect())
+        };
+        let springs: Vec<(f64, Vec<(usize, f64)>)> = self.springs.iter().map(stretch).collect();
+        let springs = SparseMatrix::of_springs(self.size, &springs);
+        stiffness.padded(self.size).combined(1.0, &springs, 1.0)
     }
 
     /// The contacts as they act on dofs and nodes.

@@ -12,7 +12,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Scalar};
 
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, smallest_relative_pivot};
@@ -120,7 +120,7 @@ impl Reduction {
         let kept: Vec<usize> = (0..scene.size).filter(|&k| !dropped[k]).collect();
         let mut places = vec![None; scene.size];
         kept.iter().enumerate().for_each(|(place, &k)| places[k] = Some(place));
-        if !scene.dependents.is_empty() {
+        if scene.has_dependent_directions() {
             let (merges, is_split) = dependent_merges(scene, statuses, &places, friction);
             let states = kept.clone();
             return Self { kept, merges, sticking, closed, states, places, is_split };
@@ -184,20 +184,25 @@ impl Reduction {
 
     /// `L' matrix R`
     pub fn matrix(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
-        let mut reduced = DMatrix::zeros(self.size(), self.size());
-        for i in 0..self.size() {
-            self.row(matrix, i).for_each(|(j, factor, entry)| reduced[(i, j)] += factor * entry);
-        }
-        reduced
+        self.sparse_matrix(matrix).to_dense()
     }
 
     /// The same, sparse.
     pub(crate) fn sparse_matrix(&self, matrix: &SparseMatrix) -> SparseMatrix {
-        let mut sums = vec![0.0; self.size()];
+        self.summed(matrix, |sum, factor, entry| sum + factor * entry)
+    }
+
+    /// The same in numbers to which `add` adds a factor times an entry.
+    pub(crate) fn summed<T: Scalar + Copy + Default>(
+        &self,
+        matrix: &SparseMatrix,
+        add: impl Fn(T, f64, f64) -> T,
+    ) -> SparseMatrix<T> {
+        let mut sums = vec![T::default(); self.size()];
         let mut touched: Vec<usize> = Vec::new();
         SparseMatrix::from_rows(self.size(), |i, entries| {
             for (j, factor, entry) in self.row(matrix, i) {
-                sums[j] += factor * entry;
+                sums[j] = add(sums[j], factor, entry);
                 touched.push(j);
             }
             touched.sort_unstable();
@@ -353,7 +358,7 @@ pub(crate) fn normal_forces_at_rest(
     combination: &Combination,
 ) -> Vec<Vec<(usize, f64)>> {
     let statuses = combination.statuses();
-    if scene.dependents.is_empty() {
+    if !scene.has_dependent_directions() {
         return scene.contacts.iter().map(|law| vec![(law.normal, 1.0)]).collect();
     }
     let columns = force_columns(scene, statuses, |_, law| law.friction);

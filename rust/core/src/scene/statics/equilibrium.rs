@@ -75,7 +75,7 @@ impl Scene {
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
-        if !self.dependents.is_empty() {
+        if self.has_dependent_directions() {
             return Ok(self.dependent_equilibrium()?.state);
         }
         let scene = self.at_steady_sliding();
@@ -157,7 +157,7 @@ impl Scene {
 
     /// The same with its normal forces, and whether it is the only one.
     pub fn steady_equilibrium(&self) -> Result<(Equilibrium, Uniqueness), Error> {
-        if !self.dependents.is_empty() {
+        if self.has_dependent_directions() {
             return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
         }
         let scene = self.at_steady_sliding();

@@ -10,7 +10,6 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::input::Error;
 use crate::linalg::dense::regular_solution;
 use crate::scene::contact_law::Contact;
-use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::{Reduction, normal_forces_at_rest};
 use crate::scene::reduction::reduced_system::Reduced;
@@ -69,7 +68,6 @@ impl Statics {
         combination: &Combination,
         reduction: &Reduction,
     ) -> Result<Self, Error> {
-        let condensed = Condensed::new(scene, combination)?;
         let scene = &*scene.resting(combination)?;
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
@@ -91,10 +89,7 @@ impl Statics {
                 }
                 continue;
             }
-            let (terms, constant) = match &condensed {
-                Some(condensed) => condensed.slaved.pulled_back(&[(law.normal, 1.0)]),
-                None => (scene.terms_of(law.normal), 0.0),
-            };
+            let (terms, constant) = scene.dependents.pulled_back(&[(law.normal, 1.0)]);
             offsets[i] = 0.0 - constant - law.gap;
             for (k, factor) in terms {
                 match position(k) {

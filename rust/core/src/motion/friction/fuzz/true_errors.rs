@@ -329,7 +329,7 @@ fn difference_of_rows(
     let orders = |by_rows: bool| -> Vec<Vec<f64>> {
         let mut operator = LawOperator::new(scene, combination, functions).expect("an operator");
         if !by_rows {
-            operator.rows = None;
+            operator.taylor.dense = None;
         }
         let mut motion = LawMotion::default();
         motion.begin(scene, &operator, functions, q, u);

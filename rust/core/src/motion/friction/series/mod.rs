@@ -4,4 +4,3 @@ pub(crate) mod convolutions;
 pub(crate) mod law_contact;
 pub(crate) mod law_series;
 pub(crate) mod panel_bound;
-pub(crate) mod rows;

@@ -1,58 +1,47 @@
-//! A small combination with lumped masses under laws of friction, in rows for the vector unit.
+//! The equation of motion of a dense combination with lumped masses, `q'' = m^-1 (f - L'K q - L'C q')`, in rows for the vector unit.
 //!
-//! Below the rows of `q''` stand those of normal forces and event functions, in groups of four, and in a block of groups column
-//! after column, so that one product per order gives all of them. Where `C = beta K`, the rows act on `z = q + beta q'` alone:
-//! `-M^-1 L'K z`. Functionals of one coordinate, such as slip speeds, need no row.
+//! Below the rows of `q''` stand those of outputs, such as normal forces and event functions, in groups of four, and in a block of
+//! groups column after column, so that one product per order gives all of them. Where `C = beta K`, the rows act on
+//! `z = q + beta q'` alone: `-M^-1 L'K z`. Coordinates that are held have rows of zeros.
+
+use std::ops::Range;
 
 use pulp::cast;
 
-use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::linalg::sparse::SparseMatrix;
-use crate::motion::friction::series::law_contact::LawContact;
-use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, lanes_of, store};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 
+/// Number of dense products that take no longer than one product of a sparse row, whose sum is one chain of additions.
+const PER_ENTRY: usize = 8;
 /// Groups of rows that are summed together, each in two chains of additions that hide their latency.
 const BLOCK: usize = 4;
 /// Relative difference of a damping and beta times a stiffness that is their rounding.
 const SAME: f64 = 2.0 * f64::EPSILON;
 
-/// Where the coefficients of an event function are.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Source {
-    /// In one of the rows below those of q''.
-    Row(usize),
-    /// In the slip speed of one of the contacts that slide by their laws.
-    Slip(usize),
-    /// In those of a coordinate.
-    Coordinate,
-}
-
+/// A dense combination with lumped masses.
 #[derive(Debug)]
-pub(crate) struct LawRows {
+pub(crate) struct Rows {
     /// The groups of all columns, block by block.
     columns: Vec<Group>,
     /// Coordinates whose z, and whose q', have a column.
     moving: Vec<usize>,
     damped: Vec<usize>,
     beta: f64,
-    /// Number of groups of rows of q'' and of the others, and of laws.
+    /// Number of groups of rows of q'' and of outputs, and of forces beside those of the equation.
     states: usize,
     outputs: usize,
-    laws: usize,
-    /// Where the coefficients of each event function are.
-    sources: Vec<Source>,
+    forces: usize,
     /// 1 / m of the coordinates left free, 0 of the others; in whole groups of rows.
     inverse_mass: Vec<f64>,
-    /// q'' per unit of force of each law, in whole groups of rows.
+    /// q'' per unit of each force, in whole groups of rows.
     by_force: Vec<f64>,
 }
 
-/// z and q' of one order, and the rows of all orders.
+/// z and q' of one order, and the rows of this order or, with outputs, of all orders.
 #[derive(Debug, Default)]
 pub(crate) struct Products {
     z: Vec<Group>,
@@ -71,30 +60,30 @@ fn numbers(groups: &[Group]) -> &[f64] {
 impl Products {
     /// The rows of one order, without those of q''.
     #[inline(always)]
-    pub fn outputs(&self, all: &LawRows, k: usize) -> &[f64] {
+    pub fn outputs(&self, all: &Rows, k: usize) -> &[f64] {
         let groups = all.states + all.outputs;
         pulp::bytemuck::cast_slice(&self.rows[k * groups + all.states..(k + 1) * groups])
     }
 
-    /// Room for the rows of all orders.
-    fn room(&mut self, all: &LawRows) {
-        self.rows.resize((all.states + all.outputs) * COEFFICIENTS, ZEROS);
+    /// Room for the rows of so many orders.
+    fn room(&mut self, all: &Rows, orders: usize) {
+        self.rows.resize((all.states + all.outputs) * orders, ZEROS);
     }
 
     /// The rows of q'' of order 0.
-    pub fn states(&mut self, all: &LawRows) -> &mut [f64] {
+    pub fn states(&mut self, all: &Rows) -> &mut [f64] {
         pulp::bytemuck::cast_slice_mut(&mut self.rows[..all.states])
     }
 
     /// One of these rows, of all orders.
-    pub fn row(&self, all: &LawRows, place: usize) -> impl Iterator<Item = &f64> {
+    pub fn row(&self, all: &Rows, place: usize) -> impl Iterator<Item = &f64> {
         let numbers: &[f64] = pulp::bytemuck::cast_slice(&self.rows);
         let stride = (all.states + all.outputs) * GROUP;
         numbers[all.states * GROUP + place..].iter().step_by(stride)
     }
 
     /// Order 0 of a row below those of q'', and a bound from below of what the other orders add.
-    pub fn least(&self, all: &LawRows, place: usize) -> [f64; 2] {
+    pub fn least(&self, all: &Rows, place: usize) -> [f64; 2] {
         [&self.rows[all.states..], &self.negative[..]].map(|of| numbers(of)[place])
     }
 
@@ -108,8 +97,8 @@ impl Products {
     pub fn measure<S: Lanes>(
         &mut self,
         simd: S,
-        all: &LawRows,
-        of: &Sizes,
+        all: &Rows,
+        [of_all, of_higher]: [[&[f64]; 2]; 2],
         powers: &[f64; COEFFICIENTS],
     ) {
         let Self { rows, negative, sizes: [sizes, higher], .. } = self;
@@ -125,8 +114,8 @@ impl Products {
                 sum = simd.mul_add_f64s(below, simd.splat_f64s(power), sum);
             }
             negative.push(sum);
-            sizes.push(all.sizes(simd, output, &of.all[0], &of.all[1]));
-            higher.push(all.sizes(simd, output, &of.higher[0], &of.higher[1]));
+            sizes.push(all.sizes(simd, output, of_all));
+            higher.push(all.sizes(simd, output, of_higher));
         }
     }
 
@@ -137,35 +126,26 @@ impl Products {
     }
 }
 
-impl LawRows {
-    /// The rows of a combination, unless it is so large and sparse that they would take longer.
+impl Rows {
+    /// Whether the rows of a scene are worth forming.
+    pub fn are_quicker(scene: &Scene) -> bool {
+        scene.coupled_mass.is_none()
+            && scene.size * scene.size <= PER_ENTRY * scene.stiffness.entries()
+    }
+
+    /// The rows of a combination, unless it is so large and sparse that they would take longer; with outputs, and with the
+    /// direction of each force over the kept coordinates.
     pub fn new(
         scene: &Scene,
         reduction: &Reduction,
         moving: impl Iterator<Item = usize>,
-        contacts: &[LawContact],
-        functions: &[EventFunction],
+        functionals: &[&Functional],
+        forces: &[Vec<(usize, f64)>],
     ) -> Option<Self> {
-        if !DenseRows::are_quicker(scene) {
+        if !Self::are_quicker(scene) {
             return None;
         }
         let n = scene.size;
-        // Normal forces come first.
-        let mut functionals: Vec<&Functional> = contacts.iter().map(|one| &one.normal).collect();
-        let mut sources = Vec::with_capacity(functions.len());
-        for EventFunction { functional, .. } in functions {
-            let is_slip = |one: &LawContact| one.slip.scaled(-one.sign) == *functional;
-            let known = functionals.iter().position(|&known| known == functional);
-            sources.push(match (known, contacts.iter().position(is_slip)) {
-                (Some(place), _) => Source::Row(place),
-                (None, Some(contact)) => Source::Slip(contact),
-                (None, None) if functional.single().is_some() => Source::Coordinate,
-                (None, None) => {
-                    functionals.push(functional);
-                    Source::Row(functionals.len() - 1)
-                }
-            });
-        }
         let (states, outputs) = (n.div_ceil(GROUP), functionals.len().div_ceil(GROUP));
         let beta = scene.proportional.filter(|&(alpha, _)| alpha == 0.0).map(|(_, beta)| beta);
         // Over z and over q', row after row.
@@ -212,10 +192,10 @@ impl LawRows {
                 columns.extend(groups.map(|(k, g)| cast::<_, Group>(column(k, g))));
             }
         }
-        let mut by_force = vec![0.0; contacts.len() * states * GROUP];
-        for (one, rows) in contacts.iter().zip(by_force.chunks_exact_mut(states * GROUP)) {
-            for &(k, weight) in &one.direction {
-                rows[k] = one.sign * weight * inverse_mass[k];
+        let mut by_force = vec![0.0; forces.len() * states * GROUP];
+        for (direction, rows) in forces.iter().zip(by_force.chunks_exact_mut(states * GROUP)) {
+            for &(k, weight) in direction {
+                rows[k] = weight * inverse_mass[k];
             }
         }
         Some(Self {
@@ -225,21 +205,15 @@ impl LawRows {
             beta: beta.unwrap_or(0.0),
             states,
             outputs,
-            laws: contacts.len(),
-            sources,
+            forces: forces.len(),
             inverse_mass,
             by_force,
         })
     }
 
-    /// Where the coefficients of an event function are.
-    pub fn source(&self, function: usize) -> Source {
-        self.sources[function]
-    }
-
     /// Sums of the absolute values of the terms of four rows below those of q''.
     #[inline(always)]
-    fn sizes<S: Lanes>(&self, simd: S, output: usize, q: &[f64], u: &[f64]) -> Group {
+    fn sizes<S: Lanes>(&self, simd: S, output: usize, [q, u]: [&[f64]; 2]) -> Group {
         let groups = self.states + self.outputs;
         let row = self.states + output;
         let first = row / BLOCK * BLOCK;
@@ -257,9 +231,9 @@ impl LawRows {
         sum
     }
 
-    /// Begins a panel with the coefficients of q of orders 0 and 1.
-    pub fn begin(&self, products: &mut Products, q: &[f64], dq: &[f64], rate: f64) {
-        products.room(self);
+    /// Begins with the coefficients of q of two orders, and room for the rows of so many orders.
+    pub fn begin(&self, products: &mut Products, orders: usize, [q, dq]: [&[f64]; 2], rate: f64) {
+        products.room(self, orders);
         let Products { z, u, .. } = products;
         z.resize(self.states, ZEROS);
         u.resize(self.states, ZEROS);
@@ -270,7 +244,7 @@ impl LawRows {
         }
     }
 
-    /// All rows of one order, without what forces add.
+    /// All rows of the order in progress, without what forces add, at place k.
     #[inline(always)]
     pub fn multiply<S: Lanes>(&self, simd: S, k: usize, products: &mut Products) {
         let Products { z, u, rows, .. } = products;
@@ -326,7 +300,7 @@ impl LawRows {
         rows.zip(force).for_each(|((row, inverse), force)| *row += inverse * force);
     }
 
-    /// Q of two orders up: `factor` times the rows of q'', with the forces of laws. `terms` begin with the order between, of `n`
+    /// Q of two orders up: `factor` times the rows of q'' at place k, with the forces. `terms` begin with the order between, of `n`
     /// numbers, whose velocity is `rate` times the order found.
     #[inline(always)]
     pub fn next<S: Lanes>(
@@ -341,15 +315,19 @@ impl LawRows {
         let Products { z, u, rows, .. } = products;
         let rows = &rows[k * (self.states + self.outputs)..][..self.states];
         let by_force = self.by_force.as_chunks::<GROUP>().0;
+        let inverse = self.inverse_mass.as_chunks::<GROUP>().0;
         let [factor, rate, by_beta] = [factor, rate, self.beta * rate].map(|x| simd.splat_f64s(x));
         let (before, found) = terms.split_at_mut(n);
         for g in 0..self.states {
             let mut sum = simd.mul_f64s(rows[g], factor);
-            for contact in 0..self.laws {
+            for place in 0..self.forces {
                 // The forces are known last.
-                let by_force = simd.mul_f64s(cast(by_force[contact * self.states + g]), factor);
-                sum = simd.mul_add_f64s(by_force, simd.splat_f64s(forces(contact)), sum);
+                let by_force = simd.mul_f64s(cast(by_force[place * self.states + g]), factor);
+                sum = simd.mul_add_f64s(by_force, simd.splat_f64s(forces(place)), sum);
             }
+            // What is held stays at zero, even if the others are beyond the range of numbers.
+            let held = simd.equal_f64s(cast(inverse[g]), ZEROS);
+            let sum = simd.select_f64s(held, ZEROS, sum);
             u[g] = simd.mul_f64s(rate, sum);
             let first = g * GROUP;
             let lanes = (n - first).min(GROUP);
@@ -370,66 +348,181 @@ fn add_column<const G: usize, S: Lanes>(
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
 }
 
-/// Sums of absolute values of the coefficients of every coordinate and velocity, of all orders and of those from 2 on.
-#[derive(Debug, Default)]
-pub(crate) struct Sizes {
-    /// Over q and over q'.
-    pub all: [Vec<f64>; 2],
-    pub higher: [Vec<f64>; 2],
-}
-
-impl Sizes {
-    /// The sum of the absolute values of the terms of a functional.
-    #[inline(always)]
-    pub fn of([q, u]: &[Vec<f64>; 2], functional: &Functional) -> f64 {
-        let sum = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
-            terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
-        };
-        sum(&functional.position, q) + sum(&functional.velocity, u)
-    }
-}
-
-/// Fills them in from the terms of a panel of this width, one order after the other.
-pub(crate) struct Measure<'a> {
-    pub sizes: &'a mut Sizes,
-    pub terms: &'a [f64],
+/// Orders of the series, each from the two before.
+pub(super) struct Orders<'a> {
+    pub rows: &'a Rows,
+    pub products: &'a mut Products,
+    /// `Q_k = q^(k) h^k / k!` of all coordinates, one order after the other; those of `orders` are two orders up.
+    pub terms: &'a mut [f64],
     pub size: usize,
+    /// h
     pub width: f64,
+    pub orders: Range<usize>,
+    /// f of every coordinate, where it acts in the first of the orders.
+    pub force: Option<&'a [f64]>,
 }
 
-impl Kernel for Measure<'_> {
+impl Kernel for Orders<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { sizes: Sizes { all, higher }, terms, size: n, width } = self;
-        for sizes in all.iter_mut().chain(higher.iter_mut()) {
-            sizes.resize(n, 0.0);
+        let Self { rows, products, terms, size, width, orders, mut force } = self;
+        let (q, dq) = terms[orders.start * size..(orders.start + 2) * size].split_at(size);
+        rows.begin(products, 1, [q, dq], (orders.start + 1) as f64 / width);
+        for k in orders {
+            rows.multiply(simd, 0, products);
+            if let Some(force) = force.take() {
+                rows.load(force, products.states(rows));
+            }
+            let factors = [width * width / ((k + 1) * (k + 2)) as f64, (k + 2) as f64 / width];
+            let next = (size, &mut terms[(k + 1) * size..]);
+            rows.next(simd, 0, products, |_| 0.0, factors, next);
         }
-        let ([all_q, all_u], [higher_q, higher_u]) = (all, higher);
-        let (orders, inverse) = (terms.len() / n - 1, 1.0 / width);
-        let mut first = 0;
-        while first < n {
-            let lanes = (n - first).min(GROUP);
-            let (mut q, mut u) = (ZEROS, ZEROS);
-            let (mut of_higher, mut before) = ([ZEROS; 2], ZEROS);
-            for (k, terms) in terms.chunks_exact(n).enumerate().rev() {
-                // From a small integer the conversion is one instruction.
-                let rate = simd.splat_f64s(f64::from(k as u32 + 1) * inverse);
-                u = simd.mul_add_f64s(before, rate, u);
-                before = simd.abs_f64s(lanes_of(simd, &terms[first..], lanes));
-                if k < orders {
-                    q = simd.add_f64s(q, before);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::numerics::simd::VectorUnit;
+    use crate::scene::equation_of_motion::EquationOfMotion;
+    use crate::scene::status::Combination;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    /// A mass in every dof, and one contact.
+    fn dense(size: usize, numbers: &[f64], damping: Option<f64>) -> Scene {
+        let number = |i: usize, j: usize| numbers[(3 * i + 7 * j + i * j) % numbers.len()];
+        let entry = |i: usize, j: usize| match i == j {
+            true => 10.0 * size as f64,
+            false => number(i.min(j), i.max(j)),
+        };
+        let matrix = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
+        let damping = match damping {
+            Some(beta) => Damping::Proportional { mass: 0.0, stiffness: beta },
+            None => Damping::General(matrix.clone()),
+        };
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
+            friction: 0.3,
+            static_friction: 0.3,
+            slider_speed: 0.1,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped((0..size).map(|i| 1.5 + number(i, 0)).collect()),
+            stiffness: matrix,
+            damping,
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0; size],
+            contacts: vec![contact],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        Scene::new(input).expect("well-posed")
+    }
+
+    proptest! {
+        /// Rows against the equation of motion, outputs against their sums, and every vector unit against the portable one.
+        #[test]
+        fn rows_are_scalar_sums(
+            size in 2usize..40,
+            numbers in proptest::collection::vec(-1.0..1.0f64, 200),
+            beta in prop_oneof![Just(None), (0.0..0.1f64).prop_map(Some)],
+            status in 0usize..3,
+            forced in any::<bool>(),
+        ) {
+            let scene = dense(size, &numbers, beta);
+            let combination = Combination::parse(["+", "s", "d"][status], 1).expect("a letter");
+            let equation = EquationOfMotion::new(&scene, &combination).expect("regular");
+            let output = Functional {
+                position: (0..size).map(|k| (k, numbers[k + 20])).collect(),
+                velocity: (0..size).map(|k| (k, numbers[k + 80])).collect(),
+                constant: 0.0,
+            };
+            let kept = &equation.reduction.kept;
+            let directions: Vec<_> = kept.first().map(|&k| vec![(k, 2.0)]).into_iter().collect();
+            let moving: Vec<usize> = equation.moving().collect();
+            let new = |outputs: &[&Functional], forces: &[Vec<(usize, f64)>]| {
+                let moving = moving.iter().copied();
+                Rows::new(&scene, &equation.reduction, moving, outputs, forces).expect("dense")
+            };
+            let width = 0.01;
+            let mut start = vec![0.0; 4 * size];
+            for &k in &moving {
+                (start[k], start[size + k]) = (numbers[k + 40], numbers[k + 120]);
+            }
+            let force: Vec<f64> = (0..size).map(|k| numbers[k + 60]).collect();
+            let rows = new(&[], &[]);
+            let by = |unit: VectorUnit| {
+                let (mut terms, mut products) = (start.clone(), Products::default());
+                unit.run(Orders {
+                    rows: &rows,
+                    products: &mut products,
+                    terms: &mut terms,
+                    size,
+                    width,
+                    orders: 0..2,
+                    force: forced.then_some(&force[..]),
+                });
+                terms
+            };
+            let terms = by(VectorUnit::default());
+            prop_assert_eq!(&terms, &by(VectorUnit::Portable));
+            for k in 0..2 {
+                let q = &terms[k * size..(k + 1) * size];
+                let u: Vec<f64> = terms[(k + 1) * size..(k + 2) * size]
+                    .iter()
+                    .map(|dq| (k + 1) as f64 / width * dq)
+                    .collect();
+                let mut residual = if forced && k == 0 { force.clone() } else { vec![0.0; size] };
+                scene.stiffness.add_product(-1.0, q, &mut residual);
+                scene.damping.add_product(-1.0, &u, &mut residual);
+                // L' of the force is the force itself.
+                if forced && k == 0 {
+                    let loads = equation.reduction.merges.iter();
+                    loads.for_each(|merge| residual[merge.normal] -= force[merge.normal]);
                 }
-                if k == 2 {
-                    of_higher = [q, u];
+                let mut acceleration = vec![0.0; size];
+                equation.accelerate(&mut residual, &mut acceleration);
+                let factor = width * width / ((k + 1) * (k + 2)) as f64;
+                let largest = acceleration.iter().fold(1.0, |all: f64, a| all.max(a.abs()));
+                for i in 0..size {
+                    let off = terms[(k + 2) * size + i] - factor * acceleration[i];
+                    // Sums of at most 80 terms of the size of the diagonal.
+                    prop_assert!(off.abs() <= 1e-12 * factor * largest.max(10.0 * size as f64), "{off:e}");
                 }
             }
-            store(of_higher[0], &mut higher_q[first..first + lanes]);
-            store(of_higher[1], &mut higher_u[first..first + lanes]);
-            store(q, &mut all_q[first..first + lanes]);
-            store(u, &mut all_u[first..first + lanes]);
-            first += GROUP;
+            let rows = new(&[&output], &directions);
+            let mut products = Products::default();
+            rows.begin(&mut products, 1, [&start[..size], &start[size..2 * size]], 1.0 / width);
+            VectorUnit::default().run(Multiply { rows: &rows, products: &mut products });
+            let u: Vec<f64> = start[size..2 * size].iter().map(|dq| dq / width).collect();
+            let found = products.outputs(&rows, 0)[0];
+            let expected = output.value(&start[..size], &u);
+            prop_assert!((found - expected).abs() <= 1e-12 * size as f64 / width);
+        }
+    }
+
+    struct Multiply<'a> {
+        rows: &'a Rows,
+        products: &'a mut Products,
+    }
+
+    impl Kernel for Multiply<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<S: Lanes>(self, simd: S) {
+            self.rows.multiply(simd, 0, self.products);
         }
     }
 }
