@@ -15,9 +15,10 @@
 //! contacts close together, their gaps g of some rounding close too, and the work of the load `F - K x` on these gaps is
 //! part of the energy that the impacts take.
 
+use crate::contact::contact_forces::ContactForces;
 use crate::energy::impacts::{ImpactWork, add_impacts};
 use crate::energy::power::{
-    FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
+    antisymmetric, bilinear, circulatory_force, contact_powers, damper_groups, damping_powers,
     energy_change,
 };
 use crate::error::input::Error;
@@ -147,7 +148,7 @@ struct Walk<'a> {
     cursor: Cursor<'a>,
     /// The part of the force that is constant in the phase in progress.
     force: Vec<f64>,
-    friction: Option<FrictionForces>,
+    forces: Option<ContactForces>,
     first: (Vec<f64>, Vec<f64>),
     /// Integrals over the phase in progress: work, work of the slider and wear by contact, and damping by its groups.
     sums: [Vec<Doubled>; 4],
@@ -170,7 +171,7 @@ impl<'a> Walk<'a> {
             scene,
             cursor: Cursor::new(trajectory),
             force: Vec::new(),
-            friction: None,
+            forces: None,
             first: Default::default(),
             sums: [contacts, contacts, contacts, damper_groups(scene).len()]
                 .map(|count| vec![Doubled::default(); count]),
@@ -229,9 +230,9 @@ impl<'a> Walk<'a> {
         (self.circulatory, self.oscillating) = Default::default();
         self.origin = self.at_rest().0;
         let combination = &*self.trajectory.combination_of(phase);
-        let friction = match self.friction.take() {
+        let forces = match self.forces.take() {
             Some(known) if known.combination == *combination => known,
-            _ => FrictionForces::new(self.moving, combination),
+            _ => ContactForces::new(self.moving, combination),
         };
         let rule = gauss_rule();
         let mut at = from;
@@ -248,20 +249,21 @@ impl<'a> Walk<'a> {
             }
             for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
                 self.cursor.seek_local(phase, at + width * node);
-                self.accumulate(&friction, width * weight);
+                self.accumulate(&forces, width * weight);
             }
             self.works.states += NODES;
             at = end;
         }
         self.cursor.seek_local(phase, to);
-        self.friction = Some(friction);
+        self.forces = Some(forces);
     }
 
-    fn accumulate(&mut self, friction: &FrictionForces, weight: f64) {
+    fn accumulate(&mut self, forces: &ContactForces, weight: f64) {
         let (moved, velocities) = (&self.cursor.q, &self.cursor.u);
         let (q, u) = &self.moving.at_rest(moved, velocities);
         let [contact, slider, wear, damping] = &mut self.sums;
-        for (i, power) in friction.powers(self.moving, moved, velocities, u).enumerate() {
+        let powers = contact_powers(forces, self.moving, moved, velocities, u);
+        for (i, power) in powers.enumerate() {
             contact[i] = added(contact[i], weight * power.structure);
             slider[i] = added(slider[i], weight * power.slider);
             wear[i] = added(wear[i], weight * power.wear);

@@ -54,6 +54,10 @@ pub enum LawEnd {
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.
+///
+/// In all variants `contact` and `contacts` are indices, of a problem those of all its contacts, and `time` is that of the event, s,
+/// if nothing else is said.
+#[allow(missing_docs, reason = "those of fields stand once, above")]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunFailure {
     /// The question itself is ill-posed.
@@ -62,7 +66,6 @@ pub enum RunFailure {
     /// A law of friction over slip speed ends the motion.
     #[error("contact {contact} at t = {time} s: {end}")]
     Law {
-        /// Index of the contact.
         contact: usize,
         /// Time up to which the motion is known, s.
         time: f64,
@@ -76,9 +79,7 @@ pub enum RunFailure {
         rounded(*required_friction)
     )]
     NoConsistentStatus {
-        /// Index of the contact.
         contact: usize,
-        /// Time of the event, s.
         time: f64,
         /// Normal force after the event, N; compression is positive.
         normal_force: f64,
@@ -90,9 +91,7 @@ pub enum RunFailure {
         "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count}; state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]
     ContactProblem {
-        /// Indices of the contacts of the problem.
         contacts: Vec<usize>,
-        /// Time of the event, s.
         time: f64,
         /// Whether forces or impulses are unknown.
         level: Level,
@@ -108,9 +107,7 @@ pub enum RunFailure {
         "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} {reason}"
     )]
     QuasiStatic {
-        /// Indices of the contacts of the problem.
         contacts: Vec<usize>,
-        /// Time of the event, s.
         time: f64,
         /// Whether forces or their rates are unknown.
         level: Level,

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicUsize;
 
 use nalgebra::DMatrix;
+use num_complex::Complex64;
 
 use crate::locus::branches::Mesh;
 use crate::locus::critical::hopf::{first_hopf_point, hopf_points};
@@ -12,6 +13,7 @@ use crate::locus::critical::roots::{axis_crossings, growth_sign};
 use crate::locus::critical::search::critical_points;
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
 use crate::locus::series::{ChebyshevSeries, StaticSeries};
+use crate::locus::sweep::Sweep;
 use crate::locus::watched_path::WatchedPath;
 use crate::scene::status::Combination;
 
@@ -123,6 +125,47 @@ proptest::proptest! {
         for point in search(&path, hopf_points).unwrap().points {
             let mode = (0..3).find(|&i| (places[i] - point.value).abs() <= 1e-11).unwrap();
             proptest::prop_assert_eq!(point.slope < 0.0, downwards[mode]);
+        }
+    }
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(24))]
+
+    /// A sweep follows planted branches, with their slopes and signs; of some modes, those of the largest real parts.
+    #[test]
+    fn sweeps_follow_planted_branches(
+        places in proptest::collection::vec(0.0..1.0f64, 3),
+        slopes in proptest::collection::vec(-1.0..1.0f64, 3),
+    ) {
+        let frequencies = [3.0, 5.5, 8.0];
+        let growth = |i: usize, p: f64| slopes[i] * (p - places[i]);
+        let [a, b, c] = [0, 1, 2].map(|i| move |p: f64| growth(i, p));
+        let path = planted(&[&a, &b, &c], &frequencies);
+        let values: Vec<f64> = (0..=12).map(|k| f64::from(k) / 12.0).collect();
+        let largest = |i: usize| f64::max(growth(i, 0.0), growth(i, 1.0));
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| largest(j).total_cmp(&largest(i)));
+        for modes in [None, Some(1), Some(2)] {
+            let mut followed = order[..modes.unwrap_or(3)].to_vec();
+            followed.sort_unstable();
+            let sweep = search(&path, |path| Sweep::new(path, &values, false, modes)).unwrap();
+            assert_eq!(sweep.branches, 2 * followed.len());
+            for (k, &p) in values.iter().enumerate() {
+                for (branch, &i) in followed.iter().flat_map(|i| [i, i]).enumerate() {
+                    let sign = if branch % 2 == 0 { 1.0 } else { -1.0 };
+                    let planted = Complex64::new(growth(i, p), sign * frequencies[i]);
+                    let place = k * sweep.branches + branch;
+                    let context = format!("{modes:?}, {p}: mode {i}, {}", sweep.eigenvalues[place]);
+                    assert!((sweep.eigenvalues[place] - planted).norm() <= 1e-11, "{context}");
+                    assert!((sweep.slopes[place].re - slopes[i]).abs() <= 1e-9, "{context}");
+                    let clear = growth(i, p).abs() > 1e-11;
+                    assert!(!clear || sweep.unstable[place] == (growth(i, p) > 0.0), "{context}");
+                }
+                let grows = [0, 1, 2].map(|i| growth(i, p));
+                let clear = grows.iter().all(|growth| growth.abs() > 1e-11);
+                assert!(!clear || sweep.stable[k] == grows.iter().all(|&growth| growth < 0.0));
+            }
         }
     }
 }
