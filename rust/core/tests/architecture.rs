@@ -23,7 +23,7 @@ const PARTS: [&str; 12] = [
 /// Most lines of each part, tests apart: what it had when this was last set, and five percent. Raising one is a decision that its
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
-    ("error", 730),
+    ("error", 680),
     ("numerics", 1305),
     ("linalg", 1790),
     ("scene", 6150),
@@ -32,7 +32,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("locus", 2480),
     ("motion", 9400),
     ("transient", 4250),
-    ("energy", 695),
+    ("energy", 668),
     ("cycles", 4250),
     ("study", 1130),
 ];

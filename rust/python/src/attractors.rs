@@ -72,7 +72,7 @@ pub fn attractor(
 ) -> PyResult<Settled> {
     let (run, method) = (trajectory.core(), method_named(py, method)?);
     let patience = time_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
-    let search = core::cycles::attractors::Search {
+    let search = core::cycles::attractors::SearchLimits {
         stretch: run.end,
         limit,
         method,
@@ -91,7 +91,7 @@ pub fn attractor(
 #[pyfunction]
 pub fn closed(py: Python<'_>, trajectory: &Trajectory, method: &str) -> PyResult<Option<Cycle>> {
     let (run, method, cancel) = (trajectory.core(), method_named(py, method)?, listening());
-    let search = core::cycles::attractors::Search {
+    let search = core::cycles::attractors::SearchLimits {
         stretch: 0.0,
         limit: 0.0,
         method,
@@ -124,7 +124,7 @@ pub fn settle_all(
     }
     let (found, exception) = py.detach(|| {
         until_interrupted(|cancel| {
-            let search = core::cycles::attractors::Search {
+            let search = core::cycles::attractors::SearchLimits {
                 stretch,
                 limit,
                 method: core::Method::Auto,

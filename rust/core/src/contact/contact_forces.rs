@@ -6,6 +6,7 @@ use crate::contact::functional::Functional;
 use crate::contact::problem::contact_problem::status_equations;
 use crate::contact::problem::dependent::Forces;
 use crate::linalg::dense::Factors;
+use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -20,24 +21,41 @@ pub(crate) fn reaction(scene: &Scene, row: usize) -> Functional {
     }
 }
 
-/// (N, T) of a contact in state (q, q'); mass must not couple contacts.
-pub(crate) fn contact_force(
-    scene: &Scene,
-    contact: usize,
-    status: Status,
-    q: &[f64],
-    u: &[f64],
-) -> (f64, f64) {
-    let law = &scene.contacts[contact];
-    if !status.is_closed() {
-        return (0.0, 0.0);
+/// The contact forces of one combination, in one state after the other.
+#[derive(Debug)]
+pub(crate) struct ContactForces {
+    pub combination: Combination,
+    /// (T, N) by contact, where mass couples contacts.
+    coupled: Option<Vec<(Functional, Functional)>>,
+}
+
+impl ContactForces {
+    pub fn new(scene: &Scene, combination: &Combination) -> Self {
+        let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
+        Self { combination: combination.clone(), coupled }
     }
-    let normal = scene.reaction_value(law.normal, q, u);
-    let friction = match status {
-        Status::Sticking => scene.reaction_value(law.tangential, q, u),
-        _ => status.friction_sign() * law.friction * normal,
-    };
-    (normal, friction)
+
+    /// (N, T) of every contact in state (q, q'). Under laws of friction over slip speed the state changes the forces per reaction.
+    pub fn values(&self, scene: &Scene, q: &[f64], u: &[f64]) -> Vec<(f64, f64)> {
+        if scene.has_friction_laws() {
+            return contact_forces_in(scene, &self.combination, q, u);
+        }
+        if let Some(forces) = &self.coupled {
+            return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();
+        }
+        let value = |(law, &status): (&Contact, &Status)| {
+            if !status.is_closed() {
+                return (0.0, 0.0);
+            }
+            let normal = scene.reaction_value(law.normal, q, u);
+            let friction = match status {
+                Status::Sticking => scene.reaction_value(law.tangential, q, u),
+                _ => status.friction_sign() * law.friction * normal,
+            };
+            (normal, friction)
+        };
+        scene.contacts.iter().zip(self.combination.statuses()).map(value).collect()
+    }
 }
 
 /// (T, N) of every contact as functionals of the state. Where mass couples contacts, the accelerations
@@ -78,12 +96,7 @@ pub(crate) fn contact_forces_in(
     u: &[f64],
 ) -> Vec<(f64, f64)> {
     let scene = &*scene.at_slip(u);
-    if scene.contacts_coupled() {
-        let forces = contact_forces(scene, combination);
-        return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();
-    }
-    let statuses = combination.statuses().iter().enumerate();
-    statuses.map(|(contact, &status)| contact_force(scene, contact, status, q, u)).collect()
+    ContactForces::new(scene, combination).values(scene, q, u)
 }
 
 /// Adds to the forces the part by which held directions that are sums of others follow sliders that vibrate.

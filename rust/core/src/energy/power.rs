@@ -16,8 +16,7 @@
 
 use std::borrow::Cow;
 
-use crate::contact::contact_forces::{contact_forces, contact_forces_in};
-use crate::contact::functional::Functional;
+use crate::contact::contact_forces::ContactForces;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::Contact;
@@ -119,14 +118,6 @@ pub(crate) fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
         .sum()
 }
 
-/// The friction forces of one combination as functionals of the state.
-#[derive(Debug)]
-pub(crate) struct FrictionForces {
-    pub combination: Combination,
-    /// (T, N) by contact.
-    forces: Vec<(Functional, Functional)>,
-}
-
 /// The powers of one contact at an instant.
 pub(crate) struct ContactPower {
     /// `T (t . u)`, W.
@@ -137,37 +128,20 @@ pub(crate) struct ContactPower {
     pub wear: f64,
 }
 
-impl FrictionForces {
-    pub fn new(scene: &Scene, combination: &Combination) -> Self {
-        Self { combination: combination.clone(), forces: contact_forces(scene, combination) }
-    }
-
-    /// The powers of all contacts in a state; `rest`: velocities where no slider carries them.
-    pub fn powers<'a>(
-        &'a self,
-        scene: &'a Scene,
-        q: &'a [f64],
-        u: &'a [f64],
-        rest: &'a [f64],
-    ) -> impl Iterator<Item = ContactPower> + 'a {
-        let of_laws = match scene.has_friction_laws() {
-            true => contact_forces_in(scene, &self.combination, q, u),
-            false => Vec::new(),
-        };
-        let contacts = self.forces.iter().zip(&scene.contacts).enumerate();
-        contacts.map(move |(contact, ((friction, normal), law))| {
-            let slip = u[law.tangential] - law.slider_speed;
-            let (n, t) = match of_laws.get(contact) {
-                Some(&forces) => forces,
-                None => (normal.value(q, u), friction.value(q, u)),
-            };
-            ContactPower {
-                structure: t * rest[law.tangential],
-                slider: t * (law.slider_speed + slider_vibration(law, u, rest)),
-                wear: n * slip.abs(),
-            }
-        })
-    }
+/// The powers of all contacts in a state; `rest`: velocities where no slider carries them.
+pub(crate) fn contact_powers<'a>(
+    forces: &ContactForces,
+    scene: &'a Scene,
+    q: &[f64],
+    u: &'a [f64],
+    rest: &'a [f64],
+) -> impl Iterator<Item = ContactPower> + use<'a> {
+    let forces = forces.values(scene, q, u).into_iter();
+    forces.zip(&scene.contacts).map(move |((normal, friction), law)| ContactPower {
+        structure: friction * rest[law.tangential],
+        slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
+        wear: normal * (u[law.tangential] - law.slider_speed).abs(),
+    })
 }
 
 /// The speed that vibration adds to that of a slider.
@@ -182,14 +156,14 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
     let groups = damper_groups(scene).len();
     let mut sample = EnergySample::default();
     let mut cursor = Cursor::new(trajectory);
-    let mut known: Option<(FrictionForces, EquationOfMotion)> = None;
+    let mut known: Option<(ContactForces, EquationOfMotion)> = None;
     for &time in times {
         cursor.seek("times", time)?;
         let combination = &*trajectory.combination_of(cursor.phase);
-        let (friction, equation) = match &mut known {
+        let (forces, equation) = match &mut known {
             Some(known) if known.0.combination == *combination => known,
             known => known.insert((
-                FrictionForces::new(moving, combination),
+                ContactForces::new(moving, combination),
                 EquationOfMotion::new(moving, combination)?,
             )),
         };
@@ -226,7 +200,7 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         sample.external.push(power(&force));
         sample.circulatory.push(circulatory_force(scene, q).map_or(0.0, |force| power(&force)));
         sample.damping.extend(&damping_powers(scene, u)[..groups]);
-        for contact in friction.powers(moving, moved, velocities, u) {
+        for contact in contact_powers(forces, moving, moved, velocities, u) {
             sample.contact.push(contact.structure);
             sample.slider.push(contact.slider);
             sample.wear.push(contact.wear);

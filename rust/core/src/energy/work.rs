@@ -15,9 +15,10 @@
 //! contacts close together, their gaps g of some rounding close too, and the work of the load `F - K x` on these gaps is
 //! part of the energy that the impacts take.
 
+use crate::contact::contact_forces::ContactForces;
 use crate::energy::impacts::{ImpactWork, add_impacts};
 use crate::energy::power::{
-    FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
+    antisymmetric, bilinear, circulatory_force, contact_powers, damper_groups, damping_powers,
     energy_change,
 };
 use crate::error::input::Error;
@@ -105,16 +106,18 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
             external += walk.reset_by_loads(phase + 1, &reached);
         }
         let circulatory = walk.circulatory(&reached, &begun.0);
+        let [contact, slider, wear, damping] =
+            walk.sums.each_ref().map(|sums| sums.iter().map(|sum| sum.value()).collect());
         walk.works.phases.push(PhaseWork {
             start: start + from,
             duration: to - from,
             combination: trajectory.combination_of(phase).into_owned(),
-            contact: walk.contact.iter().map(|sum| sum.value()).collect(),
-            slider: walk.slider.iter().map(|sum| sum.value()).collect(),
-            wear: walk.wear.iter().map(|sum| sum.value()).collect(),
+            contact,
+            slider,
+            wear,
             external,
             circulatory,
-            damping: walk.damping.iter().map(|sum| sum.value()).collect(),
+            damping,
         });
         if phase < last {
             let at_end = (&walk.cursor.q[..], &walk.cursor.u[..]);
@@ -145,13 +148,10 @@ struct Walk<'a> {
     cursor: Cursor<'a>,
     /// The part of the force that is constant in the phase in progress.
     force: Vec<f64>,
-    friction: Option<FrictionForces>,
+    forces: Option<ContactForces>,
     first: (Vec<f64>, Vec<f64>),
-    /// Integrals over the phase in progress.
-    contact: Vec<Doubled>,
-    slider: Vec<Doubled>,
-    wear: Vec<Doubled>,
-    damping: Vec<Doubled>,
+    /// Integrals over the phase in progress: work, work of the slider and wear by contact, and damping by its groups.
+    sums: [Vec<Doubled>; 4],
     /// Work of the loads that oscillate.
     oscillating: Doubled,
     circulatory: Doubled,
@@ -171,13 +171,11 @@ impl<'a> Walk<'a> {
             scene,
             cursor: Cursor::new(trajectory),
             force: Vec::new(),
-            friction: None,
+            forces: None,
             first: Default::default(),
-            contact: vec![Doubled::default(); contacts],
-            slider: vec![Doubled::default(); contacts],
-            wear: vec![Doubled::default(); contacts],
+            sums: [contacts, contacts, contacts, damper_groups(scene).len()]
+                .map(|count| vec![Doubled::default(); count]),
             oscillating: Doubled::default(),
-            damping: vec![Doubled::default(); damper_groups(scene).len()],
             circulatory: Doubled::default(),
             origin: Vec::new(),
             works: Works::default(),
@@ -228,15 +226,13 @@ impl<'a> Walk<'a> {
 
     /// Integrates the powers over local times of one phase and leaves the cursor at `to`.
     fn follow(&mut self, phase: usize, from: f64, to: f64) {
-        for sum in [&mut self.contact, &mut self.slider, &mut self.wear, &mut self.damping] {
-            sum.fill(Doubled::default());
-        }
+        self.sums.iter_mut().for_each(|sums| sums.fill(Doubled::default()));
         (self.circulatory, self.oscillating) = Default::default();
         self.origin = self.at_rest().0;
         let combination = &*self.trajectory.combination_of(phase);
-        let friction = match self.friction.take() {
+        let forces = match self.forces.take() {
             Some(known) if known.combination == *combination => known,
-            _ => FrictionForces::new(self.moving, combination),
+            _ => ContactForces::new(self.moving, combination),
         };
         let rule = gauss_rule();
         let mut at = from;
@@ -253,22 +249,24 @@ impl<'a> Walk<'a> {
             }
             for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
                 self.cursor.seek_local(phase, at + width * node);
-                self.accumulate(&friction, width * weight);
+                self.accumulate(&forces, width * weight);
             }
             self.works.states += NODES;
             at = end;
         }
         self.cursor.seek_local(phase, to);
-        self.friction = Some(friction);
+        self.forces = Some(forces);
     }
 
-    fn accumulate(&mut self, friction: &FrictionForces, weight: f64) {
+    fn accumulate(&mut self, forces: &ContactForces, weight: f64) {
         let (moved, velocities) = (&self.cursor.q, &self.cursor.u);
         let (q, u) = &self.moving.at_rest(moved, velocities);
-        for (i, power) in friction.powers(self.moving, moved, velocities, u).enumerate() {
-            self.contact[i] = added(self.contact[i], weight * power.structure);
-            self.slider[i] = added(self.slider[i], weight * power.slider);
-            self.wear[i] = added(self.wear[i], weight * power.wear);
+        let [contact, slider, wear, damping] = &mut self.sums;
+        let powers = contact_powers(forces, self.moving, moved, velocities, u);
+        for (i, power) in powers.enumerate() {
+            contact[i] = added(contact[i], weight * power.structure);
+            slider[i] = added(slider[i], weight * power.slider);
+            wear[i] = added(wear[i], weight * power.wear);
         }
         if let Some(drive) = &self.moving.drive {
             let mut force = vec![0.0; u.len()];
@@ -277,7 +275,7 @@ impl<'a> Walk<'a> {
                 self.oscillating = added(self.oscillating, weight * f * u);
             }
         }
-        for (sum, power) in self.damping.iter_mut().zip(damping_powers(self.scene, u)) {
+        for (sum, power) in damping.iter_mut().zip(damping_powers(self.scene, u)) {
             *sum = added(*sum, weight * power);
         }
         if let Some(matrix) = antisymmetric(self.scene) {

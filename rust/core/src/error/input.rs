@@ -1,6 +1,10 @@
 //! What can be wrong with a question.
 
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
+///
+/// Fields of one name mean the same in all variants: `argument` is the name of an argument, `contact` the index of a contact, and
+/// `combination` its statuses, one letter per contact. A matrix has `value` at (`row`, `column`) and `mirrored` at (`column`, `row`).
+#[allow(missing_docs, reason = "those of fields stand once, above")]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// Work that was cancelled before it had an answer.
@@ -9,7 +13,6 @@ pub enum Error {
     /// An argument has the wrong shape, length or size.
     #[error("{argument}: expected {expected}, got {got}")]
     Shape {
-        /// Name of the argument.
         argument: String,
         /// What is expected, with its noun: `shape (2, 2)`, `at least one dof`.
         expected: String,
@@ -35,7 +38,6 @@ pub enum Error {
     /// An entry of an argument is NaN or infinite.
     #[error("{argument}: must be finite, got {value} at {place}")]
     NotFinite {
-        /// Name of the argument.
         argument: String,
         /// Where the entry stands: `index 3`.
         place: String,
@@ -45,44 +47,25 @@ pub enum Error {
     /// A number lies outside the values allowed.
     #[error("{argument}: must be {requirement}, got {value}")]
     Range {
-        /// Name of the argument.
         argument: String,
         /// What the number must be: `>= 0`.
         requirement: &'static str,
         /// The number given, in the unit of the argument.
         value: f64,
     },
-    /// A matrix that must be symmetric is not.
+    /// A matrix that must be symmetric, or skew-symmetric, is not.
     #[error(
-        "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row}){}",
+        "{argument}: must be {}, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row}){}",
+        if *skew { "skew-symmetric (A' = -A)" } else { "symmetric" },
         split(argument)
     )]
     NotSymmetric {
-        /// Name of the matrix.
         argument: String,
-        /// Row of one entry of the unequal pair.
+        /// Whether it must be skew-symmetric.
+        skew: bool,
         row: usize,
-        /// Column of that entry.
         column: usize,
-        /// The entry at (row, column).
         value: f64,
-        /// The entry at (column, row).
-        mirrored: f64,
-    },
-    /// A matrix that must be skew-symmetric is not.
-    #[error(
-        "{argument}: must be skew-symmetric (A' = -A), got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
-    )]
-    NotSkew {
-        /// Name of the matrix.
-        argument: String,
-        /// Row of one entry of the pair that does not cancel.
-        row: usize,
-        /// Column of that entry.
-        column: usize,
-        /// The entry at (row, column).
-        value: f64,
-        /// The entry at (column, row).
         mirrored: f64,
     },
     /// The mass matrix is not positive definite.
@@ -102,7 +85,6 @@ pub enum Error {
     /// A column index of a sparse matrix is out of range, repeated or not ascending in its row.
     #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
     SparseIndex {
-        /// Name of the matrix.
         argument: String,
         /// Row of the index.
         row: usize,
@@ -114,23 +96,18 @@ pub enum Error {
     /// A direction of a contact has no entry but zero.
     #[error("contact {contact}: {direction}: must not be zero")]
     ZeroDirection {
-        /// Index of the contact.
         contact: usize,
         /// `tangential` or `normal`.
         direction: &'static str,
     },
     /// A contact has neither a tangential nor a normal direction.
     #[error("contact {contact}: must have a tangential or a normal direction, got none")]
-    NoDirection {
-        /// Index of the contact.
-        contact: usize,
-    },
+    NoDirection { contact: usize },
     /// A contact cannot have a status, because it lacks a direction.
     #[error(
         "combination {combination:?}: contact {contact} has no {direction} direction, so its status is {expected}, got '{status}'"
     )]
     InadmissibleStatus {
-        /// Index of the contact.
         contact: usize,
         /// `tangential` or `normal`: the direction that it lacks.
         direction: &'static str,
@@ -145,10 +122,7 @@ pub enum Error {
     #[error(
         "contact {contact}: normal: must differ from the tangential direction, got a multiple of it"
     )]
-    NormalIsTangential {
-        /// Index of the contact.
-        contact: usize,
-    },
+    NormalIsTangential { contact: usize },
     /// Directions of contacts depend on each other but for less than elimination can tell from rounding.
     #[error(
         "contact {contact}: directions of contacts on its dofs are nearly parallel, neither independent nor dependent to rounding; give the same entries to directions that are to be the same, and move the others further apart"
@@ -166,16 +140,12 @@ pub enum Error {
     #[error(
         "combination {combination:?}: the directions of its closed contacts depend on each other, and the motion depends on how their forces are split; give these contacts a stiffness, or a small mass of their own tied to the body by stiff springs"
     )]
-    DependentForces {
-        /// The combination, one letter per contact.
-        combination: String,
-    },
+    DependentForces { combination: String },
     /// Closed contacts share their forces in a way that takes more inequalities to state than are followed.
     #[error(
         "combination {combination:?}: the directions of its closed contacts depend on each other, and that some split of their forces holds takes more than {most} inequalities, the most that are followed; give fewer contacts, or give these a stiffness"
     )]
     ManySplits {
-        /// The combination, one letter per contact.
         combination: String,
         /// The largest number of inequalities that are followed.
         most: usize,
@@ -194,20 +164,12 @@ pub enum Error {
     #[error(
         "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
     )]
-    FrictionlessStick {
-        /// Index of the contact.
-        contact: usize,
-        /// The combination, one letter per contact.
-        combination: String,
-    },
+    FrictionlessStick { contact: usize, combination: String },
     /// Steady sliding is asked for, but the slider of a contact rests.
     #[error(
         "contact {contact}: slider_speed is 0, so steady sliding has no direction; give the slider a speed, or the contact a status by combination"
     )]
-    NoSlidingDirection {
-        /// Index of the contact.
-        contact: usize,
-    },
+    NoSlidingDirection { contact: usize },
     /// No choice of open contacts is an equilibrium of steady sliding.
     #[error(
         "sliding equilibrium: contact {contact} would pull, normal force {} N, and no equilibrium with open contacts was found",
@@ -228,13 +190,11 @@ pub enum Error {
         advice(combination, admissible.as_deref())
     )]
     NoSteadySliding {
-        /// Index of the contact.
         contact: usize,
         /// Its normal force, N, or its gap, m, where it is open; negative.
         margin: f64,
         /// Whether it is open in the combination.
         open: bool,
-        /// The combination, one letter per contact.
         combination: String,
         /// The combination with open contacts in which the structure is in equilibrium under the static load, if there is one.
         admissible: Option<String>,
@@ -244,7 +204,6 @@ pub enum Error {
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
     SingularStiffness {
-        /// The combination, one letter per contact.
         combination: String,
         /// Estimated reciprocal condition of the scaled stiffness, -; 0 if the stiffness is exactly singular.
         reciprocal_condition: f64,
@@ -258,7 +217,6 @@ pub enum Error {
         contact: usize,
         /// The contact that sticks.
         stuck: usize,
-        /// The combination, one letter per contact.
         combination: String,
     },
     /// Modes are asked for where friction depends on slip speed.
@@ -266,7 +224,6 @@ pub enum Error {
         "method 'modal': combination {combination:?} has no modes of finite motion, as friction of contact {contact} depends on slip speed; use 'auto' or 'taylor'"
     )]
     NonlinearPhase {
-        /// The combination, one letter per contact.
         combination: String,
         /// The contact with the law.
         contact: usize,
@@ -284,7 +241,6 @@ pub enum Error {
         "contact {contact}: its friction levels off at the slip speed {speed} m/s of steady sliding, and without mass in the tangential direction no small motion about it follows; state a law that rises there, or give the dofs mass"
     )]
     LevelSteadySliding {
-        /// Index of the contact.
         contact: usize,
         /// Slip speed of steady sliding, m/s.
         speed: f64,
@@ -299,7 +255,6 @@ pub enum Error {
         }
     )]
     LawWithoutMass {
-        /// Index of the contact.
         contact: usize,
         /// Whether its friction falls with slip speed somewhere.
         falls: bool,
@@ -307,7 +262,6 @@ pub enum Error {
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {
-        /// Index of the contact.
         contact: usize,
         /// Its gap, m, negative: an open contact has a positive one.
         gap: f64,
@@ -320,7 +274,6 @@ pub enum Error {
     ViolatedStatus {
         /// Name of the argument that contradicts it.
         argument: &'static str,
-        /// Index of the contact.
         contact: usize,
         /// Letter of its status.
         status: char,
@@ -336,7 +289,6 @@ pub enum Error {
     DefectiveModes {
         /// Name of the method asked for.
         method: &'static str,
-        /// The combination, one letter per contact.
         combination: String,
         /// Largest condition number of its eigenvalues, -.
         condition: f64,
@@ -346,7 +298,6 @@ pub enum Error {
         "the reduced mass matrix of combination {combination:?} is singular (pivot {pivot:e}): with this friction and mass coupling the contact problem has no unique acceleration"
     )]
     SingularMass {
-        /// The combination, one letter per contact.
         combination: String,
         /// Smallest relative pivot of that matrix, -.
         pivot: f64,
@@ -355,16 +306,12 @@ pub enum Error {
     #[error(
         "contact {contact}: tangential_stiffness: needs normal_stiffness, too, or a given normal_force; at a rigid contact the normal force jumps, and with it the place of a node that slides"
     )]
-    RigidNormal {
-        /// Index of the contact.
-        contact: usize,
-    },
+    RigidNormal { contact: usize },
     /// A contact without mass has a restitution, so it would have to bounce.
     #[error(
         "contact {contact}: restitution: must be 0 where the contact has no mass, got {restitution}; its gap closes without an impact, and nothing bounces"
     )]
     RestitutionWithoutMass {
-        /// Index of the contact.
         contact: usize,
         /// The value given.
         restitution: f64,
@@ -392,7 +339,6 @@ pub enum Error {
     /// A scene mixes dofs with and without mass where either all or none of them must have mass.
     #[error("contact {contact}: {reason}")]
     MixedMass {
-        /// Index of the contact.
         contact: usize,
         /// What is mixed, and what to do.
         reason: &'static str,
@@ -402,7 +348,6 @@ pub enum Error {
         "combination {combination:?}: the places of the dofs without mass are not unique (pivot {pivot:e}): with this friction and stiffness the quasi-static contact problem is singular"
     )]
     SingularBoundary {
-        /// The combination, one letter per contact.
         combination: String,
         /// Smallest relative pivot of their equations, -.
         pivot: f64,
@@ -412,7 +357,6 @@ pub enum Error {
         "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
     )]
     Eigenvalues {
-        /// The combination, one letter per contact.
         combination: String,
         /// Relative residual of the first mode that did not converge, -; NaN where the iteration gave no eigenvalue.
         residual: f64,
@@ -425,7 +369,6 @@ pub enum Error {
     /// A time asked for lies outside the computed motion.
     #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
     TimeOutside {
-        /// Name of the argument.
         argument: &'static str,
         /// The time given, s.
         value: f64,

@@ -6,4 +6,4 @@ pub(crate) mod run;
 
 pub use cancel::Cancel;
 pub use input::Error;
-pub use run::{Level, RunFailure};
+pub use run::{LawEnd, Level, RunFailure};

@@ -30,51 +30,47 @@ impl fmt::Display for Level {
     }
 }
 
+/// Why a law of friction over slip speed ends a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LawEnd {
+    /// A law that falls with slip speed has reached the coefficient 0.
+    #[error("its friction reaches 0 at this slip speed and would be negative beyond it")]
+    Negative,
+    /// A law that levels off has come to where it is level, and slip has no mass.
+    #[error(
+        "its friction levels off at this slip speed, and without mass in the tangential direction the slip speed does not follow from a friction force beyond it; state a law that rises at every slip speed, or give the dofs mass"
+    )]
+    Level,
+    /// A contact opens or closes whose slip has no mass.
+    #[error(
+        "it opens or closes, and where friction depends on slip speed without mass in the tangential direction, this is computed only if the contact does not slip as it does, and if no stiffness ties that direction to the normal one or to other contacts without mass; leave tangential_stiffness out, give the dofs mass, or state constant friction"
+    )]
+    Opening,
+    /// Friction changes over slip speeds that are lost in the rounding of the motion.
+    #[error(
+        "its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"
+    )]
+    Unresolved,
+}
+
 /// Why a motion could not be continued; the part computed so far is kept beside it.
+///
+/// In all variants `contact` and `contacts` are indices, of a problem those of all its contacts, and `time` is that of the event, s,
+/// if nothing else is said.
+#[allow(missing_docs, reason = "those of fields stand once, above")]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunFailure {
     /// The question itself is ill-posed.
     #[error(transparent)]
     Input(#[from] Error),
-    /// A law of friction that falls with slip speed has reached the coefficient 0.
-    #[error(
-        "contact {contact} at t = {time} s: its friction reaches 0 at this slip speed and would be negative beyond it"
-    )]
-    NegativeFriction {
-        /// Index of the contact.
-        contact: usize,
-        /// Time at which it does, s.
-        time: f64,
-    },
-    /// A law of friction that levels off has come to where it is level, and slip has no mass.
-    #[error(
-        "contact {contact} at t = {time} s: its friction levels off at this slip speed, and without mass in the tangential direction the slip speed does not follow from a friction force beyond it; state a law that rises at every slip speed, or give the dofs mass"
-    )]
-    LevelFriction {
-        /// Index of the contact.
-        contact: usize,
-        /// Time at which it does, s.
-        time: f64,
-    },
-    /// A contact opens or closes whose slip has no mass and whose friction depends on slip speed.
-    #[error(
-        "contact {contact} at t = {time} s: it opens or closes, and where friction depends on slip speed without mass in the tangential direction, this is computed only if the contact does not slip as it does, and if no stiffness ties that direction to the normal one or to other contacts without mass; leave tangential_stiffness out, give the dofs mass, or state constant friction"
-    )]
-    OpensWithoutMass {
-        /// Index of the contact.
-        contact: usize,
-        /// Time at which it does, s.
-        time: f64,
-    },
-    /// A law of friction changes over slip speeds that are lost in the rounding of the motion.
-    #[error(
-        "contact {contact} at t = {time} s: its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"
-    )]
-    UnresolvedFriction {
-        /// Index of the contact.
+    /// A law of friction over slip speed ends the motion.
+    #[error("contact {contact} at t = {time} s: {end}")]
+    Law {
         contact: usize,
         /// Time up to which the motion is known, s.
         time: f64,
+        /// What ends it.
+        end: LawEnd,
     },
     /// After an event a closed contact can neither stick nor slide.
     #[error(
@@ -83,9 +79,7 @@ pub enum RunFailure {
         rounded(*required_friction)
     )]
     NoConsistentStatus {
-        /// Index of the contact.
         contact: usize,
-        /// Time of the event, s.
         time: f64,
         /// Normal force after the event, N; compression is positive.
         normal_force: f64,
@@ -97,9 +91,7 @@ pub enum RunFailure {
         "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count}; state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]
     ContactProblem {
-        /// Indices of the contacts of the problem.
         contacts: Vec<usize>,
-        /// Time of the event, s.
         time: f64,
         /// Whether forces or impulses are unknown.
         level: Level,
@@ -115,9 +107,7 @@ pub enum RunFailure {
         "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} {reason}"
     )]
     QuasiStatic {
-        /// Indices of the contacts of the problem.
         contacts: Vec<usize>,
-        /// Time of the event, s.
         time: f64,
         /// Whether forces or their rates are unknown.
         level: Level,
@@ -146,11 +136,9 @@ impl RunFailure {
     /// The indices of the contacts that it names.
     pub(crate) const fn contacts_mut(&mut self) -> &mut [usize] {
         match self {
-            Self::NegativeFriction { contact, .. }
-            | Self::LevelFriction { contact, .. }
-            | Self::OpensWithoutMass { contact, .. }
-            | Self::UnresolvedFriction { contact, .. }
-            | Self::NoConsistentStatus { contact, .. } => std::slice::from_mut(contact),
+            Self::Law { contact, .. } | Self::NoConsistentStatus { contact, .. } => {
+                std::slice::from_mut(contact)
+            }
             Self::ContactProblem { contacts, .. } | Self::QuasiStatic { contacts, .. } => {
                 contacts.as_mut_slice()
             }
@@ -181,10 +169,7 @@ mod tests {
     fn a_failure_gives_every_contact_that_it_names() {
         let (contact, time) = (0, 1.0);
         let one = vec![
-            RunFailure::NegativeFriction { contact, time },
-            RunFailure::LevelFriction { contact, time },
-            RunFailure::OpensWithoutMass { contact, time },
-            RunFailure::UnresolvedFriction { contact, time },
+            RunFailure::Law { contact, time, end: LawEnd::Negative },
             RunFailure::NoConsistentStatus {
                 contact,
                 time,

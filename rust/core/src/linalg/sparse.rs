@@ -355,6 +355,7 @@ impl SparseMatrix {
                     if (value - mirrored).abs() > 1e-12 * scale {
                         return Err(Error::NotSymmetric {
                             argument: argument.to_owned(),
+                            skew: false,
                             row,
                             column,
                             value,
@@ -379,8 +380,9 @@ impl SparseMatrix {
             for (column, value) in self.row(row) {
                 let mirrored = self.get(column, row);
                 if (value + mirrored).abs() > 1e-12 * value.abs().max(mirrored.abs()) {
-                    return Err(Error::NotSkew {
+                    return Err(Error::NotSymmetric {
                         argument: argument.to_owned(),
+                        skew: true,
                         row,
                         column,
                         value,

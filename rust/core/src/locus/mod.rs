@@ -13,6 +13,6 @@ pub use critical::hopf::{HopfSearch, first_hopf_point, hopf_points};
 pub use critical::point::{CriticalKind, CriticalPoint};
 pub use critical::search::{CriticalSearch, critical_points};
 pub use parameter_path::{Path, PathDamping, Piece};
-pub use series::{Series, StaticSeries};
+pub use series::{ChebyshevSeries, StaticSeries};
 pub use sweep::{Sweep, verdicts_along};
 pub use watched_path::WatchedPath;

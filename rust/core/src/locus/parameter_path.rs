@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::locus::series::{Number, Series, StaticSeries};
+use crate::locus::series::{ChebyshevSeries, Number, StaticSeries};
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
@@ -24,12 +24,12 @@ pub enum PathDamping {
     /// `C = alpha M + beta K`; series of one entry.
     Proportional {
         /// alpha, 1/s, as a 1 by 1 series.
-        alpha: Series,
+        alpha: ChebyshevSeries,
         /// beta, s, as a 1 by 1 series.
-        beta: Series,
+        beta: ChebyshevSeries,
     },
     /// Any damping matrix, N s/m, m by m.
-    General(Series),
+    General(ChebyshevSeries),
 }
 
 /// The problem on `lower <= p <= upper`, in `t = (p - centre) / half_width`.
@@ -44,9 +44,9 @@ pub struct Piece {
     /// Change of the parameter from t = 0 to t = 1.
     pub half_width: f64,
     /// m by m, row-major.
-    pub mass: Series,
+    pub mass: ChebyshevSeries,
     /// Reduced stiffness, N/m, m by m; not symmetric with friction.
-    pub stiffness: Series,
+    pub stiffness: ChebyshevSeries,
     /// Reduced damping, N s/m.
     pub damping: PathDamping,
     /// The series on which the sliding equilibrium depends.
@@ -75,7 +75,7 @@ impl Path {
     pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Result<Self, Error> {
         let contacts = combination.statuses().len();
         let adjacent = pieces.windows(2).all(|pair| pair[0].upper == pair[1].lower);
-        let complete = |series: &Series, shape: (usize, usize)| {
+        let complete = |series: &ChebyshevSeries, shape: (usize, usize)| {
             !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.shape() == shape)
         };
         let consistent = pieces.iter().all(|piece| {
@@ -136,13 +136,13 @@ impl Path {
         let unit = |contact: usize, _: &Contact| f64::from(u8::from(moved(contact)));
         let unit = Reduction::with_friction(scene, combination, unit);
         let series = |matrix: &SparseMatrix| {
-            Series::linear(fixed.matrix(matrix), unit.merged_matrix(matrix))
+            ChebyshevSeries::linear(fixed.matrix(matrix), unit.merged_matrix(matrix))
         };
         let load = || {
             let mut slope = vec![0.0; m];
             unit.add_merged(&scene.force, &mut slope);
             let column = |values| DMatrix::from_vec(m, 1, values);
-            Series::linear(column(fixed.force(&scene.force)), column(slope))
+            ChebyshevSeries::linear(column(fixed.force(&scene.force)), column(slope))
         };
         let ends = [
             Statics::new(scene, &reduced),
@@ -159,8 +159,8 @@ impl Path {
             stiffness: series(&scene.stiffness),
             damping: match scene.proportional {
                 Some((alpha, beta)) => PathDamping::Proportional {
-                    alpha: Series::scalar(alpha),
-                    beta: Series::scalar(beta),
+                    alpha: ChebyshevSeries::scalar(alpha),
+                    beta: ChebyshevSeries::scalar(beta),
                 },
                 None => PathDamping::General(series(&scene.damping)),
             },
@@ -216,7 +216,7 @@ impl Path {
     pub(crate) fn expansion<T: Number>(&self, p: T) -> Expansion<T> {
         let piece = self.piece(p.real());
         let t = (p - T::from_real(piece.centre)).unscale(piece.half_width);
-        let scaled = |series: &Series| {
+        let scaled = |series: &ChebyshevSeries| {
             let (value, slope) = series.expanded(t);
             (value, slope.unscale(piece.half_width))
         };

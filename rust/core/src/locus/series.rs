@@ -12,9 +12,9 @@ impl<T: ComplexField<RealField = f64> + Copy> Number for T {}
 
 /// Coefficients of `sum_k T_k(t) c_k` for matrices c_k of one shape, vectors as columns.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series(pub Vec<DMatrix<f64>>);
+pub struct ChebyshevSeries(pub Vec<DMatrix<f64>>);
 
-impl Series {
+impl ChebyshevSeries {
     pub(crate) fn scalar(value: f64) -> Self {
         Self(vec![DMatrix::from_element(1, 1, value)])
     }
@@ -100,13 +100,13 @@ impl Series {
 #[derive(Debug, Clone)]
 pub struct StaticSeries {
     /// Load, N, a column of m entries.
-    pub load: Series,
+    pub load: ChebyshevSeries,
     /// Rows of the margins, one of m entries per contact; N/m of closed contacts, - of open ones.
-    pub rows: Series,
+    pub rows: ChebyshevSeries,
     /// Offsets of the margins, a column with one entry per contact; N of closed contacts, 0 of open ones.
-    pub offsets: Series,
+    pub offsets: ChebyshevSeries,
     /// Slider speeds, m/s, a column with one entry per contact.
-    pub speeds: Series,
+    pub speeds: ChebyshevSeries,
 }
 
 impl StaticSeries {
@@ -115,16 +115,16 @@ impl StaticSeries {
     pub(crate) fn linear(
         [from, to]: [Statics; 2],
         [lower, upper]: [f64; 2],
-        load: Option<Series>,
+        load: Option<ChebyshevSeries>,
     ) -> Self {
         let between = |a: Vec<f64>, b: Vec<f64>| {
             let [a, b] = [a, b].map(|values| DMatrix::from_vec(values.len(), 1, values));
             let slope = (b - &a) / (upper - lower);
-            Series::linear(a - &slope * lower, slope)
+            ChebyshevSeries::linear(a - &slope * lower, slope)
         };
         Self {
             load: load.unwrap_or_else(|| between(from.load, to.load)),
-            rows: Series(vec![from.rows]),
+            rows: ChebyshevSeries(vec![from.rows]),
             offsets: between(from.offsets, to.offsets),
             speeds: between(from.speeds, to.speeds),
         }

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use crate::contact::event_function::EventFunction;
+use crate::error::run::LawEnd;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;

@@ -224,65 +224,58 @@ fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) 
             (&mut input.contacts, None)
         }
     };
+    let Slot { field, place } = slot;
     let mut found = false;
-    let change = &mut |entry: &mut f64| {
+    let mut set = |entry: &mut f64| {
         found = true;
         change(entry);
     };
-    fn each<T>(
-        all: &mut [T],
-        place: Option<usize>,
-        entry: fn(&mut T) -> &mut f64,
-        change: &mut impl FnMut(&mut f64),
-    ) {
-        match place {
-            Some(place) => all.get_mut(place).into_iter().for_each(|item| change(entry(item))),
-            None => all.iter_mut().for_each(|item| change(entry(item))),
+    if let Some((about, number)) = contact_number(field) {
+        // A number for all contacts sets those that have such a field.
+        let concerned = |law: &ContactInput| place.is_some() || about.contains(&law.directions());
+        let chosen = at(contacts, place).filter(|law| concerned(law));
+        chosen.filter_map(number).for_each(&mut set);
+    }
+    if let Some((parts, links, wall, damping)) = chain {
+        if let Some(number) = subsystem_number(field) {
+            at(parts, place).for_each(|part| set(number(part)));
         }
-    }
-    let place = slot.place;
-    let spring: Option<fn(&mut ContactInput) -> &mut Option<f64>> = match slot.field {
-        Field::NormalStiffness => Some(|law| &mut law.springs.normal),
-        Field::TangentialStiffness => Some(|law| &mut law.springs.tangential),
-        _ => None,
-    };
-    if let Some(spring) = spring {
-        let laws = contacts.iter_mut().enumerate();
-        let chosen = laws.filter(|(k, _)| place.is_none_or(|place| place == *k));
-        chosen.filter_map(|(_, law)| spring(law).as_mut()).for_each(change);
-        return found;
-    }
-    // A number for all contacts sets those that have such a field.
-    let mut laws = |about: [Directions; 2], entry: fn(&mut ContactInput) -> &mut f64| {
-        let concerned = |(k, law): &(usize, &mut ContactInput)| match place {
-            Some(place) => *k == place,
-            None => about.contains(&law.directions()),
-        };
-        let chosen = contacts.iter_mut().enumerate().filter(concerned);
-        chosen.for_each(|(_, law)| change(entry(law)));
-    };
-    let slipping = [Directions::Both, Directions::Tangential];
-    let closing = [Directions::Both, Directions::Normal];
-    match (slot.field, chain) {
-        (Field::Friction, _) => laws(slipping, |law| &mut law.friction),
-        (Field::StaticFriction, _) => laws(slipping, |law| &mut law.static_friction),
-        (Field::SliderSpeed, _) => laws(slipping, |law| &mut law.slider_speed),
-        (Field::Restitution, _) => laws(closing, |law| &mut law.restitution),
-        (Field::Gap, _) => laws(closing, |law| &mut law.gap),
-        (Field::NormalForce, _) => laws([Directions::Tangential; 2], |law| &mut law.normal_force),
-        (_, None) => {}
-        (Field::WallStiffness, Some((_, _, wall, _))) if place.is_none() => change(wall),
-        (Field::Damping, Some((_, _, _, damping))) if place.is_none() => change(damping),
-        (field, Some((parts, links, _, _))) => {
-            if let Some(entry) = subsystem_number(field) {
-                each(parts, place, entry, change);
-            }
-            if let Some(entry) = link_number(field) {
-                each(links, place, entry, change);
-            }
+        if let Some(number) = link_number(field) {
+            at(links, place).for_each(|link| set(number(link)));
+        }
+        match field {
+            Field::WallStiffness if place.is_none() => set(wall),
+            Field::Damping if place.is_none() => set(damping),
+            _ => {}
         }
     }
     found
+}
+
+/// The items at a place, or all of them.
+fn at<T>(items: &mut [T], place: Option<usize>) -> impl Iterator<Item = &mut T> {
+    let all = items.iter_mut().enumerate();
+    all.filter(move |(k, _)| place.is_none_or(|place| place == *k)).map(|(_, item)| item)
+}
+
+/// The number of a contact that a field stands for, and the directions of the contacts that have it.
+type ContactNumber = (&'static [Directions], fn(&mut ContactInput) -> Option<&mut f64>);
+
+fn contact_number(field: Field) -> Option<ContactNumber> {
+    const SLIPPING: &[Directions] = &[Directions::Both, Directions::Tangential];
+    const CLOSING: &[Directions] = &[Directions::Both, Directions::Normal];
+    const ALL: &[Directions] = &[Directions::Both, Directions::Tangential, Directions::Normal];
+    Some(match field {
+        Field::Friction => (SLIPPING, |law| Some(&mut law.friction)),
+        Field::StaticFriction => (SLIPPING, |law| Some(&mut law.static_friction)),
+        Field::SliderSpeed => (SLIPPING, |law| Some(&mut law.slider_speed)),
+        Field::Restitution => (CLOSING, |law| Some(&mut law.restitution)),
+        Field::Gap => (CLOSING, |law| Some(&mut law.gap)),
+        Field::NormalForce => (&[Directions::Tangential], |law| Some(&mut law.normal_force)),
+        Field::NormalStiffness => (ALL, |law| law.springs.normal.as_mut()),
+        Field::TangentialStiffness => (ALL, |law| law.springs.tangential.as_mut()),
+        _ => return None,
+    })
 }
 
 /// The number of a subsystem that a field stands for.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::cycles::attractors::attractor::{Attractor, settled_from};
 use crate::cycles::attractors::lyapunov::Lyapunov;
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::{Works, works};
 use crate::error::cancel::Cancel;
@@ -153,7 +153,7 @@ fn settled(
     questions: &MotionQuestions,
     cancel: &Cancel,
 ) -> Result<Settled, Failure> {
-    let search = Search {
+    let search = SearchLimits {
         stretch: questions.duration,
         limit: questions.further,
         method: questions.method,

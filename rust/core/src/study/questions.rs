@@ -20,9 +20,8 @@ use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::Modes;
 use crate::modes::growth::{ChainMatrices, Growth, Verdict};
 use crate::motion::propagators::Propagators;
-use crate::scene::contact_law::Contact;
 use crate::scene::model::{Scene, State};
-use crate::scene::status::{Combination, Status};
+use crate::scene::status::Combination;
 use crate::study::failure::{Failure, FailureKind};
 use crate::study::family::{Family, Template};
 use crate::study::motions::{Followed, MotionAnswer, MotionQuestions, follow};
@@ -270,13 +269,7 @@ fn hopf_point(
 /// N of every contact at rest in an equilibrium.
 fn normal_forces_at_rest(scene: &Scene, state: &State) -> Vec<f64> {
     let (q, _) = scene.to_coordinates(&state.position, &state.velocity);
-    if !scene.dependents.is_empty() {
-        let still = vec![0.0; q.len()];
-        let forces = contact_forces_in(scene, &state.combination, &q, &still);
-        return forces.into_iter().map(|force| force.0).collect();
-    }
-    let row = |law: &Contact| scene.stiffness.row_dot(law.normal, &q) - scene.force[law.normal];
-    let force =
-        |(law, status): (&Contact, &Status)| if status.is_closed() { row(law) } else { 0.0 };
-    scene.contacts.iter().zip(state.combination.statuses()).map(force).collect()
+    let still = vec![0.0; q.len()];
+    let forces = contact_forces_in(scene, &state.combination, &q, &still);
+    forces.into_iter().map(|(normal, _)| normal).collect()
 }

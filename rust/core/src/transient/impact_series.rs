@@ -5,7 +5,7 @@ use crate::contact::settlement::{Series, Settlement};
 use crate::transient::run_state::RunState;
 use crate::transient::search::panel::Limit;
 use crate::transient::search::phase::PhaseSearch;
-use crate::transient::trajectory::events::Accumulation;
+use crate::transient::trajectory::events::{Accumulation, Event};
 use crate::transient::trajectory::model::Trajectory;
 
 /// Impacts of one contact over which the ratio of a series is measured, twice.
@@ -67,31 +67,32 @@ fn ratio(state: &RunState<'_>, contact: usize, struck: bool) -> f64 {
     }
 }
 
-/// Records the parts of series that the accumulations among the events to come leave out.
-pub(crate) fn count_accumulations(
+/// Records the events that begin the next phase, and of those that end series of bounces what is left out.
+pub(crate) fn record_events(
     trajectory: &mut Trajectory,
+    time: f64,
     settlement: &Settlement,
     series: &Series,
     limits: &[Limit],
 ) {
-    let first = trajectory.events.len();
-    let ended = settlement.events.iter().enumerate();
-    for (k, &(contact, _)) in ended.filter(|(_, event)| event.1 == EventKind::Accumulation) {
-        let Some(rest) = settlement.rest else {
-            let own = limits.iter().find(|limit| limit.contact == contact);
-            trajectory.accumulations.extend(own.map(|limit| Accumulation {
-                event: first + k,
-                bounces: limit.bounces,
-                error: limit.error,
-            }));
+    let phase = trajectory.phases.len();
+    for &(contact, kind) in &settlement.events {
+        let event = trajectory.events.len();
+        trajectory.events.push(Event { time, contact, kind, phase });
+        if kind != EventKind::Accumulation {
             continue;
+        }
+        let left_out = match settlement.rest {
+            Some(rest) => {
+                let bounces = (rest / series.ulp).ln() / -series.ratios[contact].ln();
+                let bounces = bounces.clamp(1.0, f64::MAX).ceil() as usize;
+                Some(Accumulation { event, bounces, error: rest })
+            }
+            None => limits
+                .iter()
+                .find(|limit| limit.contact == contact)
+                .map(|limit| Accumulation { event, bounces: limit.bounces, error: limit.error }),
         };
-        let ratio = series.ratios[contact];
-        let bounces = (rest / series.ulp).ln() / -ratio.ln();
-        trajectory.accumulations.push(Accumulation {
-            event: first + k,
-            bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
-            error: rest,
-        });
+        trajectory.accumulations.extend(left_out);
     }
 }

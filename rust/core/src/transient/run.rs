@@ -13,11 +13,11 @@ use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::status::Combination;
-use crate::transient::impact_series::{count_accumulations, series};
+use crate::transient::impact_series::{record_events, series};
 use crate::transient::met_combinations::MetCombinations;
 use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
-use crate::transient::trajectory::events::{Event, StopReason};
+use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
 use crate::transient::trajectory::model::{Phase, Trajectory};
 use crate::transient::trajectory::used_bases::HeldBases;
@@ -168,15 +168,8 @@ impl<'a> Run<'a> {
         if !returns || self.met.is_over(self.current, &self.state) {
             self.current = self.met.meet(&mut self.state, &settlement.statuses)?;
         }
-        let trajectory = &mut self.state.trajectory;
-        let (phase, time) = (trajectory.phases.len(), self.state.time.seconds);
-        count_accumulations(trajectory, settlement, &series, &search.limits);
-        trajectory.events.extend(settlement.events.iter().map(|&(contact, kind)| Event {
-            time,
-            contact,
-            kind,
-            phase,
-        }));
+        let RunState { trajectory, time, .. } = &mut self.state;
+        record_events(trajectory, time.seconds, settlement, &series, &search.limits);
         let Trajectory { bases, propagators, .. } = trajectory;
         let basis = self.held.get(bases, propagators, self.met.basis(self.current));
         self.phases.begin(&mut self.state, basis);

@@ -60,17 +60,12 @@ impl Controls<'_> {
             ("time_limit", self.time_limit.unwrap_or(1.0), self.time_limit != Some(0.0)),
             ("accumulation_tolerance", self.accumulation_tolerance, true),
         ];
-        match limits
-            .into_iter()
-            .find(|&(_, value, positive)| !(value >= 0.0 && value.is_finite() && positive))
-        {
-            Some((argument, value, _)) => Err(Error::Range {
-                argument: argument.into(),
-                requirement: "a finite positive time",
-                value,
-            }),
-            None => Ok(()),
-        }
+        let allowed = |value: f64, positive: bool| value >= 0.0 && value.is_finite() && positive;
+        let refused = limits.into_iter().find(|&(_, value, positive)| !allowed(value, positive));
+        let requirement = "a finite positive time";
+        refused.map_or(Ok(()), |(argument, value, _)| {
+            Err(Error::Range { argument: argument.into(), requirement, value })
+        })
     }
 }
 

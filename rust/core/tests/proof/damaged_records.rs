@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use stickslip_core::contact::EventKind;
 use stickslip_core::cycles::orbits::CycleRecord;
+use stickslip_core::error::LawEnd;
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::Mass;
 use stickslip_core::transient::{Accumulation, Event, Grazing, MotionRecord, TrajectoryRecord};
@@ -77,7 +78,7 @@ fn a_motion_comes_back_to_the_last_bit() {
 #[test]
 fn reasons_come_back_in_their_words() {
     let (scene, whole) = bouncing(Method::Auto);
-    let failure = RunFailure::NegativeFriction { contact: 0, time: 1.0 };
+    let failure = RunFailure::Law { contact: 0, time: 1.0, end: LawEnd::Negative };
     let chattering = StopReason::Chattering { contact: 1 }.to_string();
     assert_eq!(chattering, "contact 1 changes status without end at one instant");
     for reason in [

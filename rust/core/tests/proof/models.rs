@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use stickslip_core::cycles::attractors::{Search, settle};
+use stickslip_core::cycles::attractors::{SearchLimits, settle};
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::{Damping, Link, Mass, Springs, Subsystem, chain};
 use stickslip_core::{
@@ -107,7 +107,8 @@ pub fn run(
 
 /// The cycle that a motion settles to, looked for after `stretch` s at first.
 pub fn cycle(propagators: &Arc<Propagators>, start: &State, stretch: f64, method: Method) -> Cycle {
-    let search = Search { stretch, limit: 40.0 * stretch, method, cancel: None, deadline: None };
+    let search =
+        SearchLimits { stretch, limit: 40.0 * stretch, method, cancel: None, deadline: None };
     match settle(propagators, start, search).expect("a well-posed start") {
         (Attractor::Cycle(found), _) => found.cycle,
         (other, _) => panic!("no cycle but {other:?}"),

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use stickslip_core::cycles::attractors::{Search, closed};
+use stickslip_core::cycles::attractors::{SearchLimits, closed};
 use stickslip_core::cycles::orbits::OrbitFailure;
 use stickslip_core::{Cancel, Cycle, Method};
 
@@ -26,7 +26,7 @@ fn every_computation_of_an_orbit_stops() {
     }
     let cancel = Cancel::default();
     cancel.request();
-    let search = Search {
+    let search = SearchLimits {
         stretch: 0.0,
         limit: 0.0,
         method: Method::Auto,

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use stickslip_core::cycles::attractors::{Search, settle};
+use stickslip_core::cycles::attractors::{SearchLimits, settle};
 use stickslip_core::locus::{Path, WatchedPath, critical_points, first_hopf_point, hopf_points};
 use stickslip_core::transient::Counters;
 use stickslip_core::{Attractor, Method, Scene, State, StopReason};
@@ -51,8 +51,13 @@ fn phases_panels_and_refinements_of_the_published_runs() {
 fn the_limit_cycle_of_the_standard_run() {
     let scene = propagators(two_subsystems(1.5, 0.025));
     let start = pushed(scene.bare());
-    let search =
-        Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None, deadline: None };
+    let search = SearchLimits {
+        stretch: 0.6,
+        limit: 1.2,
+        method: Method::Auto,
+        cancel: None,
+        deadline: None,
+    };
     let (attractor, last) = settle(&scene, &start, search).expect("a well-posed start");
     let Attractor::Cycle(found) = attractor else { panic!("no cycle") };
     assert_eq!(last.counters.combinations, 5);

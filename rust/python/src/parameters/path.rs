@@ -63,23 +63,23 @@ impl Path {
     }
 }
 
-fn series(coefficients: &Coefficients<'_>) -> core::locus::Series {
+fn series(coefficients: &Coefficients<'_>) -> core::locus::ChebyshevSeries {
     let outer = coefficients.as_array();
     let matrix = |matrix: ArrayView2<'_, f64>| {
         let (rows, columns) = matrix.dim();
         from_rows(rows, columns, entries(matrix))
     };
-    core::locus::Series(outer.outer_iter().map(matrix).collect())
+    core::locus::ChebyshevSeries(outer.outer_iter().map(matrix).collect())
 }
 
 /// Of vectors, which come as matrices of one row.
-fn vectors(coefficients: &Coefficients<'_>) -> core::locus::Series {
+fn vectors(coefficients: &Coefficients<'_>) -> core::locus::ChebyshevSeries {
     let rows = series(coefficients).0;
-    core::locus::Series(rows.into_iter().map(|row| row.transpose()).collect())
+    core::locus::ChebyshevSeries(rows.into_iter().map(|row| row.transpose()).collect())
 }
 
-fn scalar_series(coefficients: &PyReadonlyArray1<'_, f64>) -> core::locus::Series {
-    core::locus::Series(
+fn scalar_series(coefficients: &PyReadonlyArray1<'_, f64>) -> core::locus::ChebyshevSeries {
+    core::locus::ChebyshevSeries(
         vector(coefficients).into_iter().map(|value| from_rows(1, 1, [value])).collect(),
     )
 }

@@ -10,7 +10,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::problem::conditions::{Case, Conditions};
 use crate::contact::problem::contact_problem::{ContactProblem, Solution};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
-use crate::error::run::{Level, RunFailure};
+use crate::error::run::{LawEnd, Level, RunFailure};
 use crate::scene::contact_law::{Contact, Inertia};
 use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
@@ -54,7 +54,7 @@ pub(crate) fn settle_group(
     let creeps = |k: usize| scene.creeps(group.contacts[k]);
     let opens = |k: usize| matches!(own[k], Some(EventKind::Closing | EventKind::Release));
     if let Some(k) = (0..count).find(|&k| creeps(k) && opens(k) && !event.is_apart(law(k))) {
-        return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
+        return Err(RunFailure::Law { contact: group.contacts[k], time, end: LawEnd::Opening });
     }
     let jumps: Vec<bool> =
         (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some() && !creeps(k)).collect();
@@ -70,7 +70,7 @@ pub(crate) fn settle_group(
         if let Some(k) =
             (0..count).find(|&k| creeps(k) && statuses[k].is_closed() != before[k].is_closed())
         {
-            return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
+            return Err(RunFailure::Law { contact: group.contacts[k], time, end: LawEnd::Opening });
         }
     }
     let mut departing = vec![Departure::None; count];
@@ -119,7 +119,7 @@ pub(crate) fn settle_group(
                 (Case::Touching, Status::Sticking) => (after, Departure::Force(1)),
                 // Slip speed and normal force would begin together.
                 (Case::Touching, _) => {
-                    return Err(RunFailure::OpensWithoutMass { contact, time });
+                    return Err(RunFailure::Law { contact, time, end: LawEnd::Opening });
                 }
                 _ => (statuses[k], departing[k]),
             };

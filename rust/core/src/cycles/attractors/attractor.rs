@@ -7,7 +7,7 @@ use crate::cycles::attractors::lyapunov::{Lyapunov, Neighbour};
 use crate::cycles::attractors::recurrence::Recurrence;
 use crate::cycles::attractors::recurrence::recurrence;
 use crate::cycles::attractors::rest::{comes_to_rest, is_forced};
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::attractors::smooth::smooth_recurrence;
 use crate::error::input::Error;
 use crate::motion::propagators::Propagators;
@@ -47,7 +47,7 @@ pub enum Attractor {
 pub fn settle(
     propagators: &Arc<Propagators>,
     start: &State,
-    search: Search<'_>,
+    search: SearchLimits<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
@@ -94,7 +94,7 @@ pub fn settle(
 /// The attractor of the run, found from its own end or from the motion that follows, whose last stretch is returned too.
 pub fn settled_from(
     run: &Trajectory,
-    search: Search<'_>,
+    search: SearchLimits<'_>,
 ) -> Result<(Attractor, Option<Trajectory>), Error> {
     if let Some(attractor) = attractor(run, search) {
         return Ok((attractor, None));
@@ -122,7 +122,7 @@ fn meets_events(run: &Trajectory) -> bool {
 }
 
 /// The attractor of the run, if its end shows it.
-pub fn attractor(run: &Trajectory, search: Search<'_>) -> Option<Attractor> {
+pub fn attractor(run: &Trajectory, search: SearchLimits<'_>) -> Option<Attractor> {
     match run.stop_reason {
         StopReason::Unbounded => return Some(Attractor::Unbounded),
         StopReason::Failed(_) | StopReason::Chattering { .. } | StopReason::Interrupted => {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::cycles::attractors::attractor::{Attractor, settle};
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::error::run::RunFailure;
 use crate::linalg::parallel::in_parallel;
 use crate::motion::propagators::Propagators;
@@ -19,7 +19,7 @@ pub type Found = (Attractor, Trajectory);
 /// The attractor of the motion from every start, in the order given; None for those that an interrupt prevented.
 pub fn settle_all(
     cases: &[(Arc<Propagators>, State)],
-    search: Search<'_>,
+    search: SearchLimits<'_>,
 ) -> Vec<Option<Result<Found, RunFailure>>> {
     let one = |(scene, start): &(Arc<Propagators>, State)| {
         if search.is_cancelled() {
@@ -46,8 +46,13 @@ mod tests {
         let start = job(&sound).start.expect("given");
         let cases = [&sound, &broken, &sound]
             .map(|scene| (Arc::new(Propagators::new(Arc::clone(scene))), start.clone()));
-        let search =
-            Search { stretch: 0.5, limit: 1.0, method: Method::Auto, cancel: None, deadline: None };
+        let search = SearchLimits {
+            stretch: 0.5,
+            limit: 1.0,
+            method: Method::Auto,
+            cancel: None,
+            deadline: None,
+        };
         let settled = settle_all(&cases, search);
         assert!(matches!(settled[0], Some(Ok(_))) && matches!(settled[2], Some(Ok(_))));
         let Some(Err(failure)) = &settled[1] else { panic!("not a failure") };

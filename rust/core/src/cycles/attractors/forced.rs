@@ -5,9 +5,9 @@ use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::attractors::recurrence::{
     Guess, Label, NEAR_RECURRENCE, Recurrence, condensed, labels, repeats, steps,
 };
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::linearization::saltation::Passage;
-use crate::cycles::orbits::orbit::{Scales, Step};
+use crate::cycles::orbits::orbit::{OrbitPhase, Scales};
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
 
@@ -28,7 +28,7 @@ struct Strobe<'a> {
 }
 
 /// The shortest periodic orbit that the end of the run is on or approaches, in whole periods of the loads.
-pub(super) fn forced_recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
+pub(super) fn forced_recurrence(run: &Trajectory, search: SearchLimits<'_>) -> Option<Recurrence> {
     let strobe = Strobe::new(run, run.scene().load_period().ok()??)?;
     (1..=LONGEST)
         .take_while(|_| !search.is_over())
@@ -69,7 +69,7 @@ impl<'a> Strobe<'a> {
         Some([&cursor.q[..], &cursor.u].concat())
     }
 
-    fn candidate(&self, search: Search<'_>, periods: usize) -> Option<Recurrence> {
+    fn candidate(&self, search: SearchLimits<'_>, periods: usize) -> Option<Recurrence> {
         let (run, count) = (self.run, self.blocks.len());
         let rounds = repeats(&self.blocks).get(periods)? / periods;
         if rounds == 0 {
@@ -94,7 +94,7 @@ impl<'a> Strobe<'a> {
             false => Vec::new(),
         };
         let combination = run.combination_of(last).into_owned();
-        let mut tail = Step {
+        let mut tail = OrbitPhase {
             passage: Passage::new(run.scene(), &combination, NO_CONTACT, EventKind::Load),
             kind: EventKind::Load,
             state: run.phase_state(last).to_vec(),

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use lru::LruCache;
 
 use crate::contact::event_kind::EventKind;
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::orbits::orbit::Scales;
@@ -83,7 +83,7 @@ impl Neighbour {
     }
 
     /// Carries the neighbour along a run that starts where the one before ended, until the search is over.
-    pub fn follow(&mut self, run: &Trajectory, search: Search<'_>) -> Result<(), Error> {
+    pub fn follow(&mut self, run: &Trajectory, search: SearchLimits<'_>) -> Result<(), Error> {
         let scene = run.scene();
         let size = 2 * scene.size;
         let count = run.phases.len();

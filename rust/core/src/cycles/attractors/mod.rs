@@ -15,5 +15,5 @@ pub use ensemble::{Found, settle_all};
 pub use lyapunov::Lyapunov;
 pub use recurrence::Recurrence;
 pub use recurrence::is_followed;
-pub use search::Search;
+pub use search::SearchLimits;
 pub use smooth::closed;

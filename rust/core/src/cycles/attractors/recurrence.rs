@@ -10,12 +10,12 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::rotation::rotated;
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
-use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
+use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitPhase, Scales};
 use crate::scene::status::Combination;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
@@ -69,7 +69,7 @@ impl Entry {
 }
 
 /// The shortest periodic orbit that the end of the run is on or approaches.
-pub fn recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
+pub fn recurrence(run: &Trajectory, search: SearchLimits<'_>) -> Option<Recurrence> {
     let labels = labels(run);
     let mut sequence = condensed(&labels);
     recurring(run, search, &labels, &sequence).or_else(|| {
@@ -83,7 +83,7 @@ pub fn recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
 
 fn recurring(
     run: &Trajectory,
-    search: Search<'_>,
+    search: SearchLimits<'_>,
     labels: &[Label],
     sequence: &[Entry],
 ) -> Option<Recurrence> {
@@ -134,7 +134,7 @@ fn lasting_combinations(run: &Trajectory, period: f64) -> Vec<Combination> {
 /// of which the last `period` make up one round.
 fn candidate(
     run: &Trajectory,
-    search: Search<'_>,
+    search: SearchLimits<'_>,
     labels: &[Label],
     ends: &[usize],
     period: usize,
@@ -155,7 +155,7 @@ fn candidate(
 
 /// A guess of an orbit from the end of a run that repeats itself.
 pub(super) struct Guess {
-    pub steps: Vec<Step>,
+    pub steps: Vec<OrbitPhase>,
     /// Periods of the loads in time; 0 without such loads.
     pub load_periods: usize,
     pub scales: Scales,
@@ -169,7 +169,7 @@ impl Guess {
     pub fn recurrence(
         self,
         run: &Trajectory,
-        search: Search<'_>,
+        search: SearchLimits<'_>,
         [now, first]: [&[f64]; 2],
     ) -> Option<Recurrence> {
         let Self { steps, load_periods, scales, rounds } = self;
@@ -177,7 +177,7 @@ impl Guess {
         let orbit =
             Orbit::solve(&run.propagators, search.method, steps, load_periods, &is_over).ok()?;
         let [now, first] = [now, first].map(|state| scales.distance(state, &orbit.steps[0].state));
-        let backwards = |step: &Step| step.duration < -INSTANT * orbit.period;
+        let backwards = |step: &OrbitPhase| step.duration < -INSTANT * orbit.period;
         if !(now < NEAR_RECURRENCE) || orbit.steps.iter().any(backwards) {
             return None;
         }
@@ -202,10 +202,10 @@ impl Guess {
 /// The phases of a range as steps of an orbit; None where they cannot be, or if the search is over.
 pub(super) fn steps(
     run: &Trajectory,
-    search: Search<'_>,
+    search: SearchLimits<'_>,
     labels: &[Label],
     phases: std::ops::Range<usize>,
-) -> Option<Vec<Step>> {
+) -> Option<Vec<OrbitPhase>> {
     let mut steps = Vec::with_capacity(phases.len());
     for phase in phases {
         if phase.is_multiple_of(PATIENCE) && search.is_over() {
@@ -241,7 +241,7 @@ pub(super) fn steps(
                 Some(_) => passage.settled(&combination, after),
                 None => after.clone(),
             };
-            steps.push(Step { combination, state, duration, passage, kind });
+            steps.push(OrbitPhase { combination, state, duration, passage, kind });
             // Events that coincide follow each other in no time.
             (combination, state, duration) = (next, run.phase_state(phase + 1).to_vec(), 0.0);
         }

@@ -8,7 +8,7 @@ use crate::transient::run_state::Controls;
 
 /// How long to look.
 #[derive(Debug, Clone, Copy)]
-pub struct Search<'a> {
+pub struct SearchLimits<'a> {
     /// Motion computed between two looks, s; later looks take longer.
     pub stretch: f64,
     /// Motion in all, s.
@@ -21,7 +21,7 @@ pub struct Search<'a> {
     pub deadline: Option<Instant>,
 }
 
-impl Search<'_> {
+impl SearchLimits<'_> {
     pub(crate) fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(Cancel::is_requested)
     }

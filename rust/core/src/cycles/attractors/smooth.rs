@@ -7,11 +7,11 @@ use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::recurrence::{
     Guess, NEAR_RECURRENCE, Recurrence, condensed, labels, steps,
 };
-use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::search::SearchLimits;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, OrbitPhase, Scales};
 use crate::numerics::bracket::Bracket;
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
@@ -29,7 +29,7 @@ const ROUNDS: usize = 3;
 struct Turns<'a> {
     run: &'a Trajectory,
     flow: Flow<'a>,
-    search: Search<'a>,
+    search: SearchLimits<'a>,
     contact: usize,
     /// Local time, and the state, of the last instant before each turn.
     found: Vec<(f64, Vec<f64>)>,
@@ -37,7 +37,7 @@ struct Turns<'a> {
 }
 
 impl<'a> Turns<'a> {
-    fn new(run: &'a Trajectory, phase: usize, search: Search<'a>) -> Option<Self> {
+    fn new(run: &'a Trajectory, phase: usize, search: SearchLimits<'a>) -> Option<Self> {
         let scene = run.scene();
         let combination = run.combination_of(phase);
         let contacts: Vec<usize> =
@@ -96,12 +96,12 @@ impl<'a> Turns<'a> {
     }
 
     /// The orbit that closes the motion between two turns, as a guess.
-    fn step(&self, turns: [usize; 2]) -> Step {
+    fn step(&self, turns: [usize; 2]) -> OrbitPhase {
         let [(from, state), (to, _)] = turns.map(|turn| self.at(turn));
         let (scene, combination) = (self.run.scene(), self.flow.combination().clone());
         let kind = EventKind::Turn;
         let passage = Passage::new(scene, &combination, self.contact, kind);
-        Step { combination, state, duration: to - from, passage, kind }
+        OrbitPhase { combination, state, duration: to - from, passage, kind }
     }
 
     /// The cycle that the last turns are on or approach after `period` of them.
@@ -125,7 +125,7 @@ impl<'a> Turns<'a> {
 }
 
 /// The shortest cycle without events that the end of the run is on or approaches.
-pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
+pub(super) fn smooth_recurrence(run: &Trajectory, search: SearchLimits<'_>) -> Option<Recurrence> {
     let turns = Turns::new(run, run.phases.len().checked_sub(1)?, search)?;
     let last = turns.found.len().checked_sub(1)?;
     (1..=LONGEST.min(last / ROUNDS))
@@ -137,7 +137,7 @@ pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<
 
 /// The cycle that Newton's method finds from the end of a run, stable or not. The guess is the motion from the last earlier
 /// event that is like the last one to the last one, or between the last two turns of a run that ends without events.
-pub fn closed(run: &Trajectory, search: Search<'_>) -> Result<Option<Cycle>, OrbitFailure> {
+pub fn closed(run: &Trajectory, search: SearchLimits<'_>) -> Result<Option<Cycle>, OrbitFailure> {
     let is_over = || search.is_over();
     let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, search));
     let steps = match smooth.filter(|turns| turns.found.len() > 1) {

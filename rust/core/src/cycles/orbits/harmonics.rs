@@ -24,7 +24,7 @@ use num_complex::Complex64;
 
 use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Step, go_on};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, OrbitPhase, go_on};
 use crate::modes::complex_modes::Modes;
 use crate::numerics::gauss::gauss_rule;
 use crate::numerics::phi::{exponential_and_phi, phi3};
@@ -172,7 +172,7 @@ impl Orbit {
 
 /// Calls `add(state, weight, time)` at the nodes of Gauss's rule over the phase; under a law of friction each series by
 /// itself, which is shorter than the fastest mode needs.
-fn integrate(step: &Step, flow: &Flow<'_>, rate: f64, mut add: impl FnMut(&[f64], f64, f64)) {
+fn integrate(step: &OrbitPhase, flow: &Flow<'_>, rate: f64, mut add: impl FnMut(&[f64], f64, f64)) {
     let rule = gauss_rule();
     let mut from = 0.0;
     while from < step.duration {

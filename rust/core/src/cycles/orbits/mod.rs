@@ -12,5 +12,5 @@ pub use arclength::{Correction, Sides, Tangent};
 pub use cycle::{Cycle, Extremes, Margin, Stability};
 pub use floquet::Multipliers;
 pub use harmonics::Harmonics;
-pub use orbit::{Orbit, OrbitFailure, Step};
+pub use orbit::{Orbit, OrbitFailure, OrbitPhase};
 pub use record::CycleRecord;

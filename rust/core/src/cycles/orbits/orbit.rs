@@ -36,7 +36,7 @@ const PARTS: usize = 5;
 
 /// One phase of a cycle and the event that ends it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Step {
+pub struct OrbitPhase {
     /// Status of every contact during the phase.
     pub combination: Combination,
     /// (q, q') at its start, contact coordinates.
@@ -48,7 +48,7 @@ pub struct Step {
     pub kind: EventKind,
 }
 
-impl Step {
+impl OrbitPhase {
     /// The contact of the event that ends the phase; none if the period of the loads ends it.
     pub const fn contact(&self) -> usize {
         self.passage.contact
@@ -122,7 +122,7 @@ pub struct Orbit {
     pub(crate) propagators: Arc<Propagators>,
     pub(crate) method: Method,
     /// The phases of one period, in order of time.
-    pub steps: Vec<Step>,
+    pub steps: Vec<OrbitPhase>,
     /// Duration of one period, s.
     pub period: f64,
     /// How many periods of the loads in time it lasts; 0 without such loads.
@@ -205,7 +205,7 @@ impl Orbit {
         match flows {
             // Under loads in time and without events there may be a whole period between two states.
             Some(flows) => {
-                let at = |(step, flow): (&Step, &Flow<'_>), part: usize| {
+                let at = |(step, flow): (&OrbitPhase, &Flow<'_>), part: usize| {
                     flow.end(&step.state, step.duration * part as f64 / PARTS as f64)
                 };
                 let steps = self.steps.iter().zip(&flows);
@@ -232,14 +232,14 @@ impl Orbit {
 }
 
 /// The time at which a trajectory over these steps ends.
-pub(crate) fn period_of(steps: &[Step]) -> f64 {
+pub(crate) fn period_of(steps: &[OrbitPhase]) -> f64 {
     steps.iter().fold(Clock::default(), |time, step| time.after(step.duration)).seconds
 }
 
 pub(crate) fn flows<'a>(
     propagators: &'a Propagators,
     method: Method,
-    steps: &[Step],
+    steps: &[OrbitPhase],
 ) -> Result<Vec<Flow<'a>>, Error> {
     steps.iter().map(|step| Flow::new(propagators, &step.combination, method)).collect()
 }

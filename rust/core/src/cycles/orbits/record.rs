@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
-use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
+use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, OrbitPhase};
 use crate::error::input::{Error, refused};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
@@ -18,7 +18,7 @@ use crate::transient::trajectory::record_format::{decoded, encoded};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct CycleRecord {
     method: Method,
-    steps: Vec<Step>,
+    steps: Vec<OrbitPhase>,
     /// Duration of one period, s.
     period: f64,
     /// Largest mismatch between phases, relative to the range of the orbit, -.
@@ -41,7 +41,7 @@ impl CycleRecord {
         let contacts = scene.contacts.len();
         let whole: f64 = self.steps.iter().map(|step| step.duration).sum();
         let rounding = self.steps.len() as f64 * f64::EPSILON * self.period;
-        let fits = |step: &Step| {
+        let fits = |step: &OrbitPhase| {
             step.state.len() == 2 * scene.size
                 && step.state.iter().chain([&step.duration]).all(|x| x.is_finite())
                 && step.duration >= -INSTANT * self.period
@@ -52,7 +52,7 @@ impl CycleRecord {
             return Err(refused("phases that do not fit each other or the scene"));
         }
         let last = self.steps.len() - 1;
-        for (k, Step { combination, passage, kind, .. }) in self.steps.iter().enumerate() {
+        for (k, OrbitPhase { combination, passage, kind, .. }) in self.steps.iter().enumerate() {
             scene.check_combination(combination)?;
             let Passage { contact, trigger, series, .. } = passage;
             let ends = match *contact {
@@ -107,7 +107,7 @@ impl Cycle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cycles::attractors::{Attractor, Search, settle};
+    use crate::cycles::attractors::{Attractor, SearchLimits, settle};
     use crate::error::run::RunFailure;
     use crate::scene::status::{Combination, Status};
     use crate::transient::batch::tests::{job, oscillator};
@@ -117,8 +117,13 @@ mod tests {
         let scene = oscillator(20.0);
         let start = job(&scene).start.expect("given");
         let propagators = Arc::new(Propagators::new(scene));
-        let search =
-            Search { stretch: 1.0, limit: 9.0, method: Method::Auto, cancel: None, deadline: None };
+        let search = SearchLimits {
+            stretch: 1.0,
+            limit: 9.0,
+            method: Method::Auto,
+            cancel: None,
+            deadline: None,
+        };
         let (found, _) = settle(&propagators, &start, search).expect("a well-posed start");
         let Attractor::Cycle(found) = found else { panic!("no cycle") };
         let whole = found.cycle.record();

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Linearised;
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows, period_of};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, OrbitPhase, Scales, flows, period_of};
 use crate::error::input::Error;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
@@ -159,7 +159,7 @@ impl Orbit {
     pub fn solve(
         propagators: &Arc<Propagators>,
         method: Method,
-        guess: Vec<Step>,
+        guess: Vec<OrbitPhase>,
         load_periods: usize,
         is_over: &dyn Fn() -> bool,
     ) -> Result<Self, OrbitFailure> {
@@ -325,7 +325,7 @@ impl Orbit {
 }
 
 /// The duration of a phase that ends where a series of bounces comes to rest.
-fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &Step) -> Option<f64> {
+fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &OrbitPhase) -> Option<f64> {
     if step.kind != EventKind::Accumulation || step.passage.is_joint() {
         return None;
     }

@@ -42,7 +42,7 @@ pub fn critical_points(path: WatchedPath<'_>, imaginary: f64) -> Result<Critical
         b.value - a.value <= RESOLUTION * span || real_parts_settled(a, b, &successors(a, b, next))
     };
     let mesh = Mesh::new(path, &values, &demand)?;
-    let search = Search { path, mesh, span };
+    let search = CriticalMesh { path, mesh, span };
     let mut points = search.divergences();
     let every = 0..search.mesh.links.len();
     points.extend(axis_crossings(path, &search.mesh, every)?);
@@ -83,13 +83,13 @@ fn real_parts_settled(a: &Node, b: &Node, next: &[usize]) -> bool {
         })
 }
 
-struct Search<'a> {
+struct CriticalMesh<'a> {
     path: WatchedPath<'a>,
     mesh: Mesh,
     span: f64,
 }
 
-impl Search<'_> {
+impl CriticalMesh<'_> {
     /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
     /// `det P(lambda)` has the sign of its leading matrix for large lambda: an odd number of positive eigenvalues makes it
     /// change.

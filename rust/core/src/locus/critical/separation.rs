@@ -10,7 +10,7 @@ use crate::linalg::dense::regular_solution;
 use crate::linalg::parallel::in_parallel;
 use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch, UNDEFINED};
 use crate::locus::parameter_path::Path;
-use crate::locus::series::{Series, StaticSeries};
+use crate::locus::series::{ChebyshevSeries, StaticSeries};
 use crate::numerics::bracket::Bracket;
 use crate::scene::statics::margins::Steady;
 use rayon::prelude::*;
@@ -112,7 +112,7 @@ impl Path {
     pub(crate) fn margins(&self, p: f64) -> Option<Vec<MarginAt>> {
         let (piece, t) = self.place(p);
         let StaticSeries { load, rows, offsets, .. } = &piece.statics;
-        let both = |series: &Series| {
+        let both = |series: &ChebyshevSeries| {
             let (value, slope) = series.expanded(t);
             (value, slope / piece.half_width)
         };

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicUsize;
 
 use nalgebra::DMatrix;
+use num_complex::Complex64;
 
 use crate::locus::branches::Mesh;
 use crate::locus::critical::hopf::{first_hopf_point, hopf_points};
@@ -11,7 +12,8 @@ use crate::locus::critical::point::{CriticalKind, CriticalPoint};
 use crate::locus::critical::roots::{axis_crossings, growth_sign};
 use crate::locus::critical::search::critical_points;
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
-use crate::locus::series::{Series, StaticSeries};
+use crate::locus::series::{ChebyshevSeries, StaticSeries};
+use crate::locus::sweep::Sweep;
 use crate::locus::watched_path::WatchedPath;
 use crate::scene::status::Combination;
 
@@ -19,7 +21,7 @@ use crate::scene::status::Combination;
 const DEGREES: usize = 8;
 
 /// The series over p in [0, 1] of a matrix that is a polynomial of p.
-fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> Series {
+fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> ChebyshevSeries {
     let angle = |j: usize| PI * (j as f64 + 0.5) / DEGREES as f64;
     let values: Vec<_> = (0..DEGREES).map(|j| matrix(0.5 + 0.5 * angle(j).cos())).collect();
     let coefficient = |k: usize| {
@@ -27,18 +29,18 @@ fn series(matrix: impl Fn(f64) -> DMatrix<f64>) -> Series {
         let terms = values.iter().enumerate().map(|(j, value)| value * (k as f64 * angle(j)).cos());
         terms.sum::<DMatrix<f64>>() * share
     };
-    Series((0..DEGREES).map(coefficient).collect())
+    ChebyshevSeries((0..DEGREES).map(coefficient).collect())
 }
 
 /// A path over p in [0, 1] with unit mass and no contacts.
-fn path(size: usize, stiffness: Series, damping: PathDamping) -> Path {
-    let zeros = |rows: usize, columns: usize| Series(vec![DMatrix::zeros(rows, columns)]);
+fn path(size: usize, stiffness: ChebyshevSeries, damping: PathDamping) -> Path {
+    let zeros = |rows: usize, columns: usize| ChebyshevSeries(vec![DMatrix::zeros(rows, columns)]);
     let piece = Piece {
         lower: 0.0,
         upper: 1.0,
         centre: 0.5,
         half_width: 0.5,
-        mass: Series(vec![DMatrix::identity(size, size)]),
+        mass: ChebyshevSeries(vec![DMatrix::identity(size, size)]),
         stiffness,
         damping,
         statics: StaticSeries {
@@ -127,6 +129,47 @@ proptest::proptest! {
     }
 }
 
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(24))]
+
+    /// A sweep follows planted branches, with their slopes and signs; of some modes, those of the largest real parts.
+    #[test]
+    fn sweeps_follow_planted_branches(
+        places in proptest::collection::vec(0.0..1.0f64, 3),
+        slopes in proptest::collection::vec(-1.0..1.0f64, 3),
+    ) {
+        let frequencies = [3.0, 5.5, 8.0];
+        let growth = |i: usize, p: f64| slopes[i] * (p - places[i]);
+        let [a, b, c] = [0, 1, 2].map(|i| move |p: f64| growth(i, p));
+        let path = planted(&[&a, &b, &c], &frequencies);
+        let values: Vec<f64> = (0..=12).map(|k| f64::from(k) / 12.0).collect();
+        let largest = |i: usize| f64::max(growth(i, 0.0), growth(i, 1.0));
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| largest(j).total_cmp(&largest(i)));
+        for modes in [None, Some(1), Some(2)] {
+            let mut followed = order[..modes.unwrap_or(3)].to_vec();
+            followed.sort_unstable();
+            let sweep = search(&path, |path| Sweep::new(path, &values, false, modes)).unwrap();
+            assert_eq!(sweep.branches, 2 * followed.len());
+            for (k, &p) in values.iter().enumerate() {
+                for (branch, &i) in followed.iter().flat_map(|i| [i, i]).enumerate() {
+                    let sign = if branch % 2 == 0 { 1.0 } else { -1.0 };
+                    let planted = Complex64::new(growth(i, p), sign * frequencies[i]);
+                    let place = k * sweep.branches + branch;
+                    let context = format!("{modes:?}, {p}: mode {i}, {}", sweep.eigenvalues[place]);
+                    assert!((sweep.eigenvalues[place] - planted).norm() <= 1e-11, "{context}");
+                    assert!((sweep.slopes[place].re - slopes[i]).abs() <= 1e-9, "{context}");
+                    let clear = growth(i, p).abs() > 1e-11;
+                    assert!(!clear || sweep.unstable[place] == (growth(i, p) > 0.0), "{context}");
+                }
+                let grows = [0, 1, 2].map(|i| growth(i, p));
+                let clear = grows.iter().all(|growth| growth.abs() > 1e-11);
+                assert!(!clear || sweep.stable[k] == grows.iter().all(|&growth| growth < 0.0));
+            }
+        }
+    }
+}
+
 /// One branch crosses upwards and back within one step of the first mesh, which has 64.
 #[test]
 fn near_hopf_points_of_one_branch_are_told_apart() {
@@ -207,8 +250,10 @@ fn a_planted_lock_in_is_found() {
             let circulatory = half * p / place;
             DMatrix::from_row_slice(2, 2, &[lower, circulatory, -circulatory, upper])
         });
-        let damping =
-            PathDamping::Proportional { alpha: Series::scalar(0.2), beta: Series::scalar(0.0) };
+        let damping = PathDamping::Proportional {
+            alpha: ChebyshevSeries::scalar(0.2),
+            beta: ChebyshevSeries::scalar(0.0),
+        };
         let points = all_points(&path(2, stiffness, damping));
         agree(&of_kind(&points, CriticalKind::LockIn), &[place], "lock-in");
         let point = points.iter().find(|point| point.kind == CriticalKind::LockIn).unwrap();
@@ -227,8 +272,10 @@ fn a_planted_lock_in_is_found() {
 #[test]
 fn a_planted_divergence_is_found() {
     let stiffness = series(|p| DMatrix::from_row_slice(2, 2, &[0.63 - p, 0.0, 0.0, 50.0]));
-    let damping =
-        PathDamping::Proportional { alpha: Series::scalar(0.5), beta: Series::scalar(0.0) };
+    let damping = PathDamping::Proportional {
+        alpha: ChebyshevSeries::scalar(0.5),
+        beta: ChebyshevSeries::scalar(0.0),
+    };
     let points = all_points(&path(2, stiffness, damping));
     agree(&of_kind(&points, CriticalKind::Divergence), &[0.63], "divergence");
     assert!(points.iter().all(|point| point.kind != CriticalKind::Hopf));

@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
+use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::Flow;
-use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::panel::Panel;

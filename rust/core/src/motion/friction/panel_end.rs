@@ -1,9 +1,9 @@
 //! Where a panel ends because a law does: at a speed of a table, or where friction falls to 0.
 
+use crate::error::run::LawEnd;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::LawContact;
-use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::UNIT;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};

@@ -16,11 +16,12 @@ use crate::motion::local::reach::Reaches;
 use crate::motion::propagators::Propagators;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
-use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
+use crate::transient::impact_series::record_events;
+use crate::transient::local::motion::{LocalMotion, MarchStep, PanelStart};
 use crate::transient::local::next_events::{COINCIDENT, Entry, NextEvents};
 use crate::transient::run_state::{Controls, RunState};
-use crate::transient::search::panel::PanelSearch;
-use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
+use crate::transient::search::panel::{Limit, PanelSearch};
+use crate::transient::trajectory::events::{Grazing, StopReason};
 use crate::transient::trajectory::model::{Phase, Trajectory};
 
 /// Events between two questions whether the run is interrupted.
@@ -245,7 +246,7 @@ impl<'a> March<'a> {
             }
             (None, Some(limit)) if limit.at <= end => {
                 next.triggers[0] = Some(EventKind::Accumulation);
-                next.limit = Some((limit.bounces, limit.error));
+                next.limit = Some(limit);
                 Some((limit.at, 0.0))
             }
             _ => None,
@@ -363,22 +364,14 @@ impl<'a> March<'a> {
                 resets.extend(pairs(contact).map(reset));
             }
         }
-        let first = trajectory.events.len();
-        let (phase, seconds) = (trajectory.phases.len(), time.seconds);
-        for (k, &(contact, kind)) in settlement.events.iter().enumerate() {
-            trajectory.events.push(Event { time: seconds, contact, kind, phase });
-            if kind == EventKind::Accumulation
-                && let Some((bounces, error)) = self.next.limit(contact)
-            {
-                trajectory.accumulations.push(Accumulation { event: first + k, bounces, error });
-            }
-        }
-        trajectory.phases.push(Phase { start: seconds, rest: time.rest, basis: 0 });
+        let limits: Vec<Limit> = among.iter().filter_map(|&i| self.next.limit(i)).collect();
+        record_events(trajectory, time.seconds, settlement, &series, &limits);
+        trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis: 0 });
         let panel = self.motion.panels.len() - usize::from(!begins);
         let statuses = changed.iter().map(|&contact| (contact, settlement.statuses[contact]));
         let at = if begins { 0.0 } else { at };
         let statuses = statuses.collect();
-        self.motion.steps.push(Step { panel, at, begins, statuses, resets });
+        self.motion.steps.push(MarchStep { panel, at, begins, statuses, resets });
         Ok(changed)
     }
 

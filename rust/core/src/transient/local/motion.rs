@@ -26,7 +26,7 @@ pub(crate) struct PanelStart {
 
 /// The values that the events of one instant have set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Step {
+pub(crate) struct MarchStep {
     /// Its panel, and s after the start of that.
     pub panel: usize,
     pub at: f64,
@@ -47,7 +47,7 @@ pub(crate) struct LocalMotion {
     pub load_time: f64,
     pub panels: Vec<PanelStart>,
     pub states: KeptStates,
-    pub steps: Vec<Step>,
+    pub steps: Vec<MarchStep>,
     /// Number of steps and the statuses after them, from the last time that statuses were asked for.
     passed: Mutex<(usize, Vec<Status>)>,
     /// The panel from the last time that the motion was asked for.
@@ -179,7 +179,7 @@ impl LocalMotion {
     }
 }
 
-fn set(statuses: &mut [Status], steps: &[Step]) {
+fn set(statuses: &mut [Status], steps: &[MarchStep]) {
     for &(contact, status) in steps.iter().flat_map(|step| &step.statuses) {
         statuses[contact] = status;
     }

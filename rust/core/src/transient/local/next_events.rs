@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::contact::event_kind::EventKind;
+use crate::transient::search::panel::Limit;
 use crate::transient::trajectory::events::Grazing;
 
 /// Largest distance, in panels, of two zeros that count as one because of their errors.
@@ -17,8 +18,8 @@ pub(super) struct Next {
     /// Time from which on the zero is within its error.
     early: f64,
     pub triggers: [Option<EventKind>; 2],
-    /// Bounces left out and error of the limit, at an accumulation.
-    pub limit: Option<(usize, f64)>,
+    /// The limit of bounces that it is, at an accumulation.
+    pub limit: Option<Limit>,
     pub touches: Vec<Grazing>,
 }
 
@@ -137,8 +138,8 @@ impl NextEvents {
         contacts.iter().flat_map(of).collect()
     }
 
-    /// Bounces left out and error of the limit, if the next event of a contact is an accumulation.
-    pub fn limit(&self, contact: usize) -> Option<(usize, f64)> {
+    /// The limit of bounces that the next event of a contact is, if it is one.
+    pub fn limit(&self, contact: usize) -> Option<Limit> {
         self.by_contact[contact].limit
     }
 

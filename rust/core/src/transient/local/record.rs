@@ -6,7 +6,7 @@ use crate::error::input::{Error, refused};
 use crate::motion::propagators::Propagators;
 use crate::scene::status::{Combination, Status};
 use crate::transient::clock::Clock;
-use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
+use crate::transient::local::motion::{LocalMotion, MarchStep, PanelStart};
 use crate::transient::trajectory::kept_states::KeptStates;
 use crate::transient::trajectory::model::Phase;
 
@@ -26,7 +26,7 @@ pub struct LocalRecord {
     states: Vec<f64>,
     panels: Vec<PanelStart>,
     /// One for each phase but the first.
-    steps: Vec<Step>,
+    steps: Vec<MarchStep>,
 }
 
 impl LocalMotion {
@@ -74,7 +74,7 @@ impl LocalMotion {
                     && (status != Status::Sticking || law.static_friction > 0.0)
             })
         };
-        let sets = |step: &Step| {
+        let sets = |step: &MarchStep| {
             step.statuses.iter().all(admits)
                 && step.resets.iter().all(|reset| {
                     reset.coordinate < scene.size && reset.q.is_finite() && reset.u.is_finite()
@@ -87,7 +87,7 @@ impl LocalMotion {
             panels.get(step.panel).is_some_and(|panel| (0.0..=panel.end).contains(&step.at))
                 && !(step.begins && (step.panel == 0 || step.at != 0.0))
         });
-        let place = |step: &Step| (step.panel, !step.begins, step.at);
+        let place = |step: &MarchStep| (step.panel, !step.begins, step.at);
         if !placed || !steps.is_sorted_by(|a, b| place(a) <= place(b)) {
             return Err(refused("steps that do not fit the panels"));
         }

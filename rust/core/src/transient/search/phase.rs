@@ -6,7 +6,7 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
-use crate::error::run::RunFailure;
+use crate::error::run::{LawEnd, RunFailure};
 use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::transient::run_state::RunState;
@@ -79,7 +79,7 @@ impl PhaseSearch {
             if !self.on_panel.panel.is_bounded() {
                 if let Some((contact, end)) = motion.exhausted() {
                     let time = run.time.after(motion.start()).seconds;
-                    let failure = end.failure(contact, time);
+                    let failure = RunFailure::Law { contact, time, end };
                     return stop(run, motion, 0.0, StopReason::Failed(failure));
                 }
                 return stop_unbounded(run, motion.start());
@@ -119,7 +119,7 @@ impl PhaseSearch {
                 let exhausted = |trigger: &&(usize, EventKind)| trigger.1 == EventKind::Exhausted;
                 if let Some(&(contact, _)) = self.triggers.iter().find(exhausted) {
                     let time = run.time.after(motion.start() + at * width).seconds;
-                    let failure = RunFailure::NegativeFriction { contact, time };
+                    let failure = RunFailure::Law { contact, time, end: LawEnd::Negative };
                     return stop(run, motion, at * width, StopReason::Failed(failure));
                 }
                 if run.scene.contacts_coupled() {

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use crate::contact::contact_forces::{contact_force, contact_forces, contact_forces_in};
-use crate::contact::functional::Functional;
+use crate::contact::contact_forces::ContactForces;
 use crate::error::input::Error;
 use crate::modes::complex_modes::Modes;
 use crate::motion::phase_motion::Motion;
@@ -30,9 +29,6 @@ pub struct Sample {
     /// Of every contact.
     pub status: Vec<Status>,
 }
-
-/// The contact forces of a combination of a scene whose contacts are coupled by mass.
-type CoupledForces = (Combination, Vec<(Functional, Functional)>);
 
 /// Modal coordinates at successive instants within one combination.
 #[derive(Debug, Clone)]
@@ -88,7 +84,7 @@ impl Trajectory {
     /// States and contact forces at `times`, in any order.
     pub fn sample(&self, times: &[f64]) -> Result<Sample, Error> {
         let mut sample = Sample::default();
-        let mut coupled: Option<CoupledForces> = None;
+        let mut known: Option<ContactForces> = None;
         let mut cursor = Cursor::new(self);
         for &time in times {
             cursor.seek("times", time)?;
@@ -96,29 +92,15 @@ impl Trajectory {
             sample.position.extend(position);
             sample.velocity.extend(velocity);
             let combination = &*self.combination_of(cursor.phase);
-            if self.scene().contacts_coupled()
-                && coupled.as_ref().is_none_or(|known: &CoupledForces| known.0 != *combination)
-            {
-                coupled = Some((combination.clone(), contact_forces(self.scene(), combination)));
-            }
-            let statuses = combination.statuses();
-            let of_laws = match self.scene().has_friction_laws() {
-                true => contact_forces_in(self.scene(), combination, &cursor.q, &cursor.u),
-                false => Vec::new(),
+            let forces = match &mut known {
+                Some(known) if known.combination == *combination => known,
+                known => known.insert(ContactForces::new(self.scene(), combination)),
             };
-            for (contact, &status) in statuses.iter().enumerate() {
-                let (normal, friction) = match &coupled {
-                    _ if self.scene().has_friction_laws() => of_laws[contact],
-                    Some((_, forces)) => (
-                        forces[contact].1.value(&cursor.q, &cursor.u),
-                        forces[contact].0.value(&cursor.q, &cursor.u),
-                    ),
-                    None => contact_force(self.scene(), contact, status, &cursor.q, &cursor.u),
-                };
+            for (normal, friction) in forces.values(self.scene(), &cursor.q, &cursor.u) {
                 sample.normal_force.push(normal);
                 sample.friction_force.push(friction);
-                sample.status.push(status);
             }
+            sample.status.extend(combination.statuses());
         }
         Ok(sample)
     }

@@ -106,7 +106,7 @@ impl LawSeries {
             FrictionLaw::Linear { slope, .. } => *slope,
             // Its slope is monotone, where it has one.
             FrictionLaw::Decaying { speed, decay, .. } => {
-                match is_positive(decay.value(low / speed)) {
+                match is_decay(decay.value(low / speed)) {
                     true => law.slope(low).min(law.slope(high)),
                     false => f64::NEG_INFINITY,
                 }
@@ -186,7 +186,7 @@ impl LawSeries {
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let falling = (at_rest - kinetic).abs();
                 let largest = decay.value((slip[0] - wide) / speed);
-                if !is_positive(largest) {
+                if !is_decay(largest) {
                     let none = f64::INFINITY;
                     return LawBounds { truncation: none, rounding: none, slope: none };
                 }
@@ -284,8 +284,9 @@ pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-fn is_positive(value: f64) -> bool {
-    value > 0.0 && value.is_finite()
+/// Whether a decay has a value there: one that is vanishingly small may have rounded to 0.
+fn is_decay(value: f64) -> bool {
+    value >= 0.0 && value.is_finite()
 }
 
 /// Coefficients for a shorter panel, from the powers of the factor.

@@ -2,6 +2,5 @@
 
 pub(crate) mod convolutions;
 pub(crate) mod law_contact;
-pub(crate) mod law_end;
 pub(crate) mod law_series;
 pub(crate) mod panel_bound;
