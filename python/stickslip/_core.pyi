@@ -21,6 +21,7 @@ __all__ = [
     "Reduced",
     "Scene",
     "Trajectory",
+    "Watch",
     "Works",
     "answers",
     "arithmetic",
