@@ -162,6 +162,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (97, 1746, ["unsymmetric", "forced", "stops", "compliant"]),
         # The slip of a node ends in the instant of a bounce, whose gap counted as closed again.
         (22, 157, ["stops", "compliant"]),
+        # The second of two halves struck in the instant of the first, and its acceleration was left out.
+        (141, 108, ["twins"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):

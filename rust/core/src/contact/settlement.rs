@@ -59,8 +59,8 @@ pub(crate) struct Settlement {
 /// contacts ends.
 #[derive(Debug, Default)]
 pub(crate) struct Series {
-    /// Whether another event precedes it at the same time.
-    pub stands: bool,
+    /// Contacts that have struck at the same time already.
+    pub struck: Vec<usize>,
     /// Bound of the error of the gap of each contact, m.
     pub gaps: Vec<f64>,
     /// Gap below which a series is not followed, m.

@@ -85,9 +85,11 @@ pub(crate) fn settle(
         if trigger.is_some() || (impact || switched || jump) && before.is_closed() {
             let (after, mut departure) =
                 settle_contact(scene, time, contact, trigger, before, q, u)?;
-            // A contact just released strikes at once where rounding of its motion outweighs its acceleration: it departs by
-            // the change of its acceleration, as at the release.
-            if series.stands && trigger == Some(EventKind::Impact) && departure == Departure::Gap(2)
+            // A contact that opens strikes once more at once where rounding of its motion outweighs its acceleration: it
+            // departs by the change of its acceleration, as at a release.
+            if series.struck.contains(&contact)
+                && trigger == Some(EventKind::Impact)
+                && departure == Departure::Gap(2)
             {
                 departure = Departure::Gap(3);
             }

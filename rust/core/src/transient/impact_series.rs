@@ -21,10 +21,12 @@ const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 /// The limits for a series of impacts over several contacts at the instant of the state.
 pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let RunState { scene, q, controls, .. } = state;
-    let stands =
-        state.trajectory.events.last().is_some_and(|event| event.time == state.time.seconds);
+    let now = state.trajectory.events.iter().rev();
+    let now = now.take_while(|event| event.time == state.time.seconds);
+    let strikes = now.filter(|event| event.kind == EventKind::Impact);
+    let already = strikes.map(|event| event.contact).collect();
     if !scene.contacts_coupled() {
-        return Series { stands, ..Series::default() };
+        return Series { struck: already, ..Series::default() };
     }
     let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
     let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
@@ -35,7 +37,7 @@ pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let contacts = 0..scene.contacts.len();
     let ulp = state.time.ulp();
     Series {
-        stands,
+        struck: already,
         resolution,
         gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
         ratios: contacts.map(|contact| ratio(state, contact, struck(contact))).collect(),
