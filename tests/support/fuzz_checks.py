@@ -60,7 +60,7 @@ def coefficients(contacts: Sequence[ss.Contact], slip: np.ndarray) -> np.ndarray
 
 @lru_cache(maxsize=64)
 def cubics(law: ss.friction.Tabulated) -> CubicHermiteSpline:
-    """Return the monotone cubics of a table, level at its end, for many speeds at once."""
+    """Return the monotone cubics of a table, level at its end; the law, which they check, has its own."""
     slopes = PchipInterpolator(law.speeds, law.values).derivative()(law.speeds)
     slopes[-1] = 0.0
     return CubicHermiteSpline(law.speeds, law.values, slopes)

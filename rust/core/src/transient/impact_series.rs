@@ -21,14 +21,14 @@ const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 /// The limits for a series of impacts over several contacts at the instant of the state.
 pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let RunState { scene, q, controls, .. } = state;
-    let now = state.trajectory.events.iter().rev();
-    let now = now.take_while(|event| event.time == state.time.seconds);
-    let strikes = now.filter(|event| event.kind == EventKind::Impact);
-    let already = strikes.map(|event| event.contact).collect();
+    let latest = state.trajectory.events.iter().rev();
+    let at_this_time = latest.take_while(|event| event.time == state.time.seconds);
+    let impacts = at_this_time.filter(|event| event.kind == EventKind::Impact);
+    let struck = impacts.map(|event| event.contact).collect();
     if !scene.contacts_coupled() {
-        return Series { struck: already, ..Series::default() };
+        return Series { struck, ..Series::default() };
     }
-    let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
+    let strikes = |contact| search.triggers.contains(&(contact, EventKind::Impact));
     let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
         stiffness if stiffness > 0.0 => q[k].abs().max(scene.force[k].abs() / stiffness),
         _ => q[k].abs(),
@@ -37,10 +37,10 @@ pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let contacts = 0..scene.contacts.len();
     let ulp = state.time.ulp();
     Series {
-        struck: already,
+        struck,
         resolution,
         gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
-        ratios: contacts.map(|contact| ratio(state, contact, struck(contact))).collect(),
+        ratios: contacts.map(|contact| ratio(state, contact, strikes(contact))).collect(),
         negligible: controls.accumulation_tolerance.max(ulp),
         ulp,
     }
