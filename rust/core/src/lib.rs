@@ -9,30 +9,24 @@
 //! ```
 //! use std::sync::Arc;
 //! use stickslip_core::linalg::SparseMatrix;
-//! use stickslip_core::scene::{Damping, Mass, Springs};
+//! use stickslip_core::scene::{Damping, Mass};
 //! use stickslip_core::*;
 //!
 //! let belt = ContactInput {
 //!     tangential: Some(Direction::Dof(0)),
 //!     normal: Some(Direction::Dof(1)),
-//!     normal_force: 0.0,
 //!     friction: 0.5,
 //!     static_friction: 1.0,
 //!     slider_speed: 0.1,
-//!     restitution: 0.0,
-//!     gap: 0.0,
-//!     springs: Springs::default(),
+//!     ..Default::default()
 //! };
 //! let scene = Scene::new(SceneInput {
 //!     mass: Mass::Lumped(vec![1.0, 1.0]),
 //!     stiffness: SparseMatrix::diagonal(&[1.0, 1.0]),
 //!     damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
-//!     gyroscopic: None,
-//!     circulatory: None,
 //!     force: vec![0.0, -1.0],
 //!     contacts: vec![belt],
-//!     impact_friction: false,
-//!     loads: Default::default(),
+//!     ..Default::default()
 //! })?;
 //! let start = State {
 //!     position: vec![0.0, 0.0],

@@ -201,20 +201,16 @@ mod tests {
             friction: 0.5,
             static_friction: 0.5,
             slider_speed: 0.0,
-            restitution: 0.0,
-            gap: 0.0,
             springs: Springs { tangential: Some(1e4), normal: None },
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped(vec![1.0; 3]),
             stiffness: SparseMatrix::diagonal(&[1e4; 3]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0; 3],
             contacts: vec![node],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         let scene = Scene::new(input).expect("well-posed");
         let combination = Combination::new(vec![Status::Positive]);

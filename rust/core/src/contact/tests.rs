@@ -10,7 +10,7 @@ use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::{impact, settle};
 use crate::error::run::Level;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{ContactInput, Direction, Springs};
+use crate::scene::contact_law::{ContactInput, Direction};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -20,24 +20,19 @@ fn scene(mass: Mass, stiffness: &DMatrix<f64>, force: &[f64], slider_speed: f64)
     let contact = |i: usize| ContactInput {
         tangential: Some(Direction::Dof(2 * i)),
         normal: Some(Direction::Dof(2 * i + 1)),
-        normal_force: 0.0,
         friction: 0.3,
         static_friction: 0.3,
         slider_speed,
-        restitution: 0.0,
-        gap: 0.0,
-        springs: Springs::default(),
+        ..Default::default()
     };
     let input = SceneInput {
         mass,
         stiffness: SparseMatrix::from_dense(stiffness),
         damping: Damping::Proportional { mass: 0.1, stiffness: 0.0 },
-        gyroscopic: None,
-        circulatory: None,
         force: force.to_vec(),
         contacts: (0..force.len() / 2).map(contact).collect(),
         impact_friction: true,
-        loads: Default::default(),
+        ..Default::default()
     };
     Scene::new(input).expect("a well-posed scene")
 }

@@ -13,6 +13,13 @@ pub struct SparseMatrix<T = f64> {
     values: Vec<T>,
 }
 
+impl Default for SparseMatrix {
+    /// The matrix without rows.
+    fn default() -> Self {
+        Self::from_rows(0, |_, _| ())
+    }
+}
+
 impl<T: Scalar + Copy + Default> SparseMatrix<T> {
     /// `fill` adds (column, value) of a row, columns ascending, to a list; nonzero entries are kept.
     pub(crate) fn from_rows(

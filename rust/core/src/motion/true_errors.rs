@@ -19,7 +19,7 @@ use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
-use crate::scene::contact_law::{ContactInput, Direction, Springs};
+use crate::scene::contact_law::{ContactInput, Direction};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -177,25 +177,20 @@ fn scene(layout: Layout, size: usize, numbers: &[f64], damping: usize, cancels: 
     let contact = |i: usize| ContactInput {
         tangential: Some(Direction::Dof(2 * i)),
         normal: Some(Direction::Dof(2 * i + 1)),
-        normal_force: 0.0,
         friction: 0.3,
         static_friction: 0.4,
         slider_speed: 0.5,
         restitution: 0.5,
-        gap: 0.0,
-        springs: Springs::default(),
+        ..Default::default()
     };
     let force = |i: usize| if cancels && i % 2 == 1 || pulls(i) { 0.0 } else { 10.0 * number(i) };
     Scene::new(SceneInput {
         mass,
         stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry)),
         damping,
-        gyroscopic: None,
-        circulatory: None,
         force: (0..size).map(force).collect(),
         contacts: (0..2).map(contact).collect(),
-        impact_friction: false,
-        loads: Default::default(),
+        ..Default::default()
     })
     .expect("well-posed")
 }

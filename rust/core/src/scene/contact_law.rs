@@ -49,8 +49,9 @@ impl Direction {
     }
 }
 
-/// A contact as a user states it: its directions in the space of x, and its law. One direction may be missing.
-#[derive(Debug, Clone, PartialEq)]
+/// A contact as a user states it: its directions in the space of x, and its law. One direction may be missing; the default has
+/// neither, which a scene refuses, and every number is 0.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactInput {
     /// t: the slip velocity is `t . x' - slider_speed`. None: a stop without friction.
     pub tangential: Option<Direction>,

@@ -65,13 +65,10 @@ mod tests {
         let contact = |part: usize| ContactInput {
             tangential: Some(Direction::Dof(4 * part + 2)),
             normal: Some(Direction::Dof(4 * part + 3)),
-            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.3,
             slider_speed: 0.05,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Default::default(),
+            ..Default::default()
         };
         Chain {
             subsystems: vec![part(0.3, 0.3, 4.5e5, 3e5, 6e4), part(0.7, 0.75, 3e4, 2.4e6, 1.8e5)],

@@ -152,7 +152,7 @@ fn run(
 pub(crate) mod tests {
     use super::*;
     use crate::linalg::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     /// A mass carried by a belt, pressed on it by `load`.
     pub fn oscillator(load: f64) -> Arc<Scene> {
@@ -166,13 +166,10 @@ pub(crate) mod tests {
             contacts: vec![ContactInput {
                 tangential: Some(Direction::Dof(0)),
                 normal: Some(Direction::Dof(1)),
-                normal_force: 0.0,
                 friction: 0.5,
                 static_friction: 0.7,
                 slider_speed: 0.1,
-                restitution: 0.0,
-                gap: 0.0,
-                springs: Springs::default(),
+                ..Default::default()
             }],
             impact_friction: false,
             loads: Default::default(),

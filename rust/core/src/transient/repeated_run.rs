@@ -78,7 +78,7 @@ mod tests {
     use crate::linalg::SparseMatrix;
     use crate::motion::method::Method;
     use crate::motion::propagators::Propagators;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput};
     use crate::transient::simulate::simulate;
 
     /// 1 kg on a spring, pressed onto a belt of 0.1 m/s.
@@ -86,24 +86,18 @@ mod tests {
         let belt = ContactInput {
             tangential: Some(Direction::Dof(0)),
             normal: Some(Direction::Dof(1)),
-            normal_force: 0.0,
             friction: 0.5,
             static_friction: 1.0,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped(vec![1.0; 2]),
             stiffness: SparseMatrix::diagonal(&[stiffness, 1.0]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0, -1.0],
             contacts: vec![belt],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         Arc::new(Propagators::new(Arc::new(Scene::new(input).expect("well-posed"))))
     }

@@ -204,31 +204,25 @@ mod tests {
     use crate::contact::admissible_start::start_coordinates;
     use crate::linalg::SparseMatrix;
     use crate::motion::propagators::Part;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput};
 
     #[test]
     fn uncoupled_parts_are_not_run_as_one() {
         let contact = |part: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * part)),
             normal: Some(Direction::Dof(2 * part + 1)),
-            normal_force: 0.0,
             friction: 0.5,
             static_friction: 0.7,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped(vec![1.0; 4]),
             stiffness: SparseMatrix::diagonal(&[3e4, 5e4, 4e4, 6e4]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0, -20.0, 0.0, -20.0],
             contacts: vec![contact(0), contact(1)],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         let scene = Arc::new(Scene::new(input).expect("well-posed"));
         let start = scene.sliding_equilibrium().expect("pressed on");

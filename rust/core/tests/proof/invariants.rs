@@ -55,12 +55,10 @@ fn scenes() -> impl Strategy<Value = SceneInput> {
                         true => Damping::Proportional { mass: 0.02, stiffness: 0.01 },
                         false => Damping::General(square(&dampers, 0.0)),
                     },
-                    gyroscopic: None,
-                    circulatory: None,
                     force: vec![0.0, loads[0], 0.0, loads[1], 0.3],
                     contacts: vec![first, second],
                     impact_friction,
-                    loads: Default::default(),
+                    ..Default::default()
                 }
             },
         )

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use stickslip_core::cycles::attractors::{SearchLimits, settle};
 use stickslip_core::linalg::SparseMatrix;
-use stickslip_core::scene::{Damping, Link, Mass, Springs, Subsystem, chain};
+use stickslip_core::scene::{Damping, Link, Mass, Subsystem, chain};
 use stickslip_core::{
     Attractor, Combination, ContactInput, Controls, Cycle, Direction, Method, Propagators, Scene,
     SceneInput, State, Trajectory, simulate,
@@ -15,13 +15,10 @@ pub fn contact(tangential: usize, normal: usize) -> ContactInput {
     ContactInput {
         tangential: Some(Direction::Dof(tangential)),
         normal: Some(Direction::Dof(normal)),
-        normal_force: 0.0,
         friction: 0.0,
         static_friction: 0.0,
         slider_speed: 0.0,
-        restitution: 0.0,
-        gap: 0.0,
-        springs: Springs::default(),
+        ..Default::default()
     }
 }
 
@@ -32,12 +29,9 @@ pub fn block(law: ContactInput) -> SceneInput {
         mass: Mass::Lumped(vec![1.0, 1.0]),
         stiffness: SparseMatrix::diagonal(&[1.0, 1.0]),
         damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
-        gyroscopic: None,
-        circulatory: None,
         force: vec![0.0, -1.0],
         contacts: vec![law],
-        impact_friction: false,
-        loads: Default::default(),
+        ..Default::default()
     }
 }
 
@@ -74,12 +68,9 @@ pub fn two_subsystems(friction: f64, slider_speed: f64) -> SceneInput {
         mass: Mass::Lumped(mass),
         stiffness,
         damping: Damping::Proportional { mass: 0.0, stiffness: 1e-4 },
-        gyroscopic: None,
-        circulatory: None,
         force,
         contacts: vec![law(2), law(6)],
-        impact_friction: false,
-        loads: Default::default(),
+        ..Default::default()
     }
 }
 

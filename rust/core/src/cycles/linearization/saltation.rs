@@ -322,30 +322,27 @@ fn companions(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     fn scene(mass: Mass, impact_friction: bool) -> Scene {
         let contact = ContactInput {
             tangential: Some(Direction::Dof(0)),
             normal: Some(Direction::Dof(1)),
-            normal_force: 0.0,
             friction: 0.5,
             static_friction: 0.7,
             slider_speed: 0.1,
             restitution: 0.3,
             gap: 0.2,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass,
             stiffness: SparseMatrix::diagonal(&[3.0, 5.0]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0, -2.0],
             contacts: vec![contact],
             impact_friction,
-            loads: Default::default(),
+            ..Default::default()
         };
         Scene::new(input).expect("well-posed")
     }

@@ -252,7 +252,7 @@ mod tests {
     use crate::motion::combination_basis::{CombinationBasis, Propagator};
     use crate::motion::method::Wanted;
     use crate::scene::status::{Combination, Status};
-    use crate::scene::{ContactInput, Damping, Decay, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Decay, Direction, Mass, SceneInput};
 
     const SPRING: f64 = 50.0;
     const PRESSED: f64 = 4.0;
@@ -267,20 +267,15 @@ mod tests {
             friction: law.value(0.0),
             static_friction: law.value(0.0),
             slider_speed: SPEED,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped(vec![1.0, 0.0]),
             stiffness: SparseMatrix::diagonal(&[100.0, SPRING]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0; 2],
             contacts: vec![contact],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         let scene = Scene::new(input).expect("well-posed");
         scene.with_friction_laws(vec![Some(law.clone())]).expect("a law that rises")

@@ -270,7 +270,7 @@ pub(super) mod tests {
     use crate::linalg::SparseMatrix;
     use crate::motion::local::locality::Locality;
     use crate::motion::local::reach::Reach;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     /// Cells of a tangential and a normal dof on a slider, tied in a chain, a grid or a star.
     pub fn cells(kind: usize, count: usize, numbers: &[f64], beta: Option<f64>) -> Arc<Scene> {
@@ -308,13 +308,10 @@ pub(super) mod tests {
         let contact = |cell: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * cell)),
             normal: Some(Direction::Dof(2 * cell + 1)),
-            normal_force: 0.0,
             friction: 0.6,
             static_friction: 0.6,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let stiffness = SparseMatrix::from_dense(&stiffness);
         let damping = match beta {
@@ -329,12 +326,9 @@ pub(super) mod tests {
             mass: Mass::Lumped((0..2 * count).map(|k| 0.5 + (k as f64).sin().abs()).collect()),
             stiffness,
             damping,
-            gyroscopic: None,
-            circulatory: None,
             force: vec![-20.0; 2 * count],
             contacts: (0..count).map(contact).collect(),
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         Arc::new(Scene::new(input).expect("well-posed"))
     }

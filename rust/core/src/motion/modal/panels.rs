@@ -308,24 +308,19 @@ mod tests {
         let contact = ContactInput {
             tangential: Some(Direction::Dof(0)),
             normal: Some(Direction::Dof(1)),
-            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.4,
             slider_speed: 0.2,
-            restitution: 0.0,
-            gap: 0.0,
             springs: crate::scene::contact_law::Springs::default(),
+            ..Default::default()
         };
         let scene = Scene::new(SceneInput {
             mass: Mass::Lumped(vec![1.0; size]),
             stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry)),
             damping: Damping::Proportional { mass: 0.0, stiffness: damping },
-            gyroscopic: None,
-            circulatory: None,
             force: (0..size).map(|k| if k == 1 { -1.0 } else { 0.1 }).collect(),
             contacts: vec![contact],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         });
         Arc::new(scene.expect("well-posed"))
     }

@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::linalg::dense::is_diagonal;
     use crate::motion::method_cost::pays_held_modes;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     const SIZE: usize = 32;
 
@@ -211,24 +211,19 @@ mod tests {
         let contact = |dof: usize| ContactInput {
             tangential: Some(along(dof, 0.5)),
             normal: Some(along(dof + 1, -0.5)),
-            normal_force: 0.0,
             friction: 0.5,
             static_friction: 0.5,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass,
             stiffness: SparseMatrix::from_dense(stiffness),
             damping: Damping::Proportional { mass: 0.5, stiffness: 1e-5 },
-            gyroscopic: None,
-            circulatory: None,
             force: (0..SIZE).map(|k| k as f64).collect(),
             contacts: vec![contact(0), contact(7)],
             impact_friction: true,
-            loads: Default::default(),
+            ..Default::default()
         };
         Scene::new(input).expect("well-posed")
     }

@@ -402,24 +402,20 @@ mod tests {
         let contact = |k: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * k)),
             normal: Some(Direction::Dof(2 * k + 1)),
-            normal_force: 0.0,
             friction: 0.5 + 0.1 * k as f64,
             static_friction: 0.9,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
             springs: Springs { tangential: springs[k][0], normal: springs[k][1] },
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped((0..SIZE).map(weight).collect()),
             stiffness: SparseMatrix::from_dense(&stiffness),
             damping: Damping::Proportional { mass: 0.5, stiffness: 1e-3 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![1.0; SIZE],
             contacts: (0..CONTACTS).map(contact).collect(),
             impact_friction: true,
-            loads: Default::default(),
+            ..Default::default()
         };
         Scene::new(input).expect("well-posed")
     }

@@ -391,7 +391,7 @@ mod tests {
     use crate::numerics::simd::VectorUnit;
     use crate::scene::equation_of_motion::EquationOfMotion;
     use crate::scene::status::Combination;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     /// A mass in every dof, and one contact.
     fn dense(size: usize, numbers: &[f64], damping: Option<f64>) -> Scene {
@@ -408,24 +408,18 @@ mod tests {
         let contact = ContactInput {
             tangential: Some(Direction::Dof(0)),
             normal: Some(Direction::Dof(1)),
-            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.3,
             slider_speed: 0.1,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let input = SceneInput {
             mass: Mass::Lumped((0..size).map(|i| 1.5 + number(i, 0)).collect()),
             stiffness: matrix,
             damping,
-            gyroscopic: None,
-            circulatory: None,
             force: vec![0.0; size],
             contacts: vec![contact],
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         Scene::new(input).expect("well-posed")
     }

@@ -119,19 +119,16 @@ mod tests {
     use crate::scene::model::Scene;
     use crate::scene::reduction::bases::Reduction;
     use crate::scene::status::Combination;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     fn contact(tangential: Vec<(usize, f64)>, normal: Vec<(usize, f64)>) -> ContactInput {
         ContactInput {
             tangential: Some(Direction::Entries(tangential)),
             normal: Some(Direction::Entries(normal)),
-            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.3,
             slider_speed: 1.0,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         }
     }
 
@@ -140,12 +137,9 @@ mod tests {
             mass: Mass::Lumped(mass.to_vec()),
             stiffness: SparseMatrix::from_dense(stiffness),
             damping: Damping::Proportional { mass: 0.1, stiffness: 0.0 },
-            gyroscopic: None,
-            circulatory: None,
             force: vec![1.0; mass.len()],
             contacts,
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         Scene::new(input).expect("a well-posed scene")
     }

@@ -18,6 +18,12 @@ pub enum Mass {
     Sparse(SparseMatrix),
 }
 
+impl Default for Mass {
+    fn default() -> Self {
+        Self::Lumped(Vec::new())
+    }
+}
+
 /// Damping as a user states it.
 #[derive(Debug, Clone)]
 pub enum Damping {
@@ -32,8 +38,14 @@ pub enum Damping {
     General(SparseMatrix),
 }
 
-/// Everything a scene is made of.
-#[derive(Debug, Clone)]
+impl Default for Damping {
+    fn default() -> Self {
+        Self::Proportional { mass: 0.0, stiffness: 0.0 }
+    }
+}
+
+/// Everything a scene is made of; by default it has no dofs.
+#[derive(Debug, Clone, Default)]
 pub struct SceneInput {
     /// M, n by n, kg.
     pub mass: Mass,

@@ -96,19 +96,16 @@ mod tests {
 
     use super::*;
     use crate::linalg::sparse::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     fn contact(tangential: Vec<(usize, f64)>, normal: Vec<(usize, f64)>) -> ContactInput {
         ContactInput {
             tangential: Some(Direction::Entries(tangential)),
             normal: Some(Direction::Entries(normal)),
-            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.4,
             slider_speed: 1.0,
-            restitution: 0.0,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         }
     }
 
@@ -151,12 +148,9 @@ mod tests {
                 mass: mass_input,
                 stiffness: SparseMatrix::from_dense(&stiffness),
                 damping: Damping::Proportional { mass: 0.2, stiffness: 0.0 },
-                gyroscopic: None,
-                circulatory: None,
                 force: numbers[..n].to_vec(),
                 contacts: contacts.to_vec(),
-                impact_friction: false,
-                loads: Default::default(),
+                ..Default::default()
             };
             let scene = Scene::new(input).expect("a well-posed scene");
             prop_assert_eq!(scene.has_dependent_directions(), form == 3);

@@ -116,7 +116,7 @@ impl HeldBases {
 mod tests {
     use super::*;
     use crate::linalg::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput};
     use crate::transient::run_state::Controls;
     use crate::transient::simulate::simulate;
     use crate::transient::trajectory::model::Trajectory;
@@ -129,13 +129,11 @@ mod tests {
         let contact = |c: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * c)),
             normal: Some(Direction::Dof(2 * c + 1)),
-            normal_force: 0.0,
             friction: 0.5,
             static_friction: 0.8,
             slider_speed: 0.05 + 0.005 * c as f64,
             restitution: 0.2,
-            gap: 0.0,
-            springs: Springs::default(),
+            ..Default::default()
         };
         let stiffness = SparseMatrix::from_rows(DOFS, |row, entries| {
             entries.extend((0..DOFS).map(|k| match k == row {
@@ -148,12 +146,9 @@ mod tests {
             mass: Mass::Lumped(vec![1.0; DOFS]),
             stiffness,
             damping: Damping::Proportional { mass: 0.0, stiffness: 1e-6 },
-            gyroscopic: None,
-            circulatory: None,
             force: (0..DOFS).map(pressed).collect(),
             contacts: (0..CONTACTS).map(contact).collect(),
-            impact_friction: false,
-            loads: Default::default(),
+            ..Default::default()
         };
         Arc::new(Scene::new(input).expect("well-posed"))
     }

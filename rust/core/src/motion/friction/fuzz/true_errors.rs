@@ -15,7 +15,7 @@ use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
-use crate::scene::contact_law::{Contact, ContactInput, Direction, Springs};
+use crate::scene::contact_law::{Contact, ContactInput, Direction};
 use crate::scene::friction::decay::Decay;
 use crate::scene::friction::law::{FrictionLaw, Table};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
@@ -243,13 +243,10 @@ fn scene(
     let contact = |i: usize| ContactInput {
         tangential: Some(Direction::Dof(2 * i)),
         normal: Some(Direction::Dof(2 * i + 1)),
-        normal_force: 0.0,
         friction: laws.get(i).map_or(CONSTANT, |law| law.value(0.0)),
         static_friction: laws.get(i).map_or(CONSTANT, |law| law.value(0.0)),
         slider_speed: 0.5,
-        restitution: 0.0,
-        gap: 0.0,
-        springs: Springs::default(),
+        ..Default::default()
     };
     let scene = Scene::new(SceneInput {
         mass: Mass::Lumped(
@@ -259,8 +256,6 @@ fn scene(
         ),
         stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry)),
         damping,
-        gyroscopic: None,
-        circulatory: None,
         force: (0..size)
             .map(|i| match pull {
                 Some(pull) if i == 0 => pull,
@@ -269,8 +264,7 @@ fn scene(
             })
             .collect(),
         contacts: (0..count).map(contact).collect(),
-        impact_friction: false,
-        loads: Default::default(),
+        ..Default::default()
     });
     let laws = (0..count).map(|i| laws.get(i).cloned()).collect();
     scene.and_then(|scene| scene.with_friction_laws(laws)).expect("well-posed")
