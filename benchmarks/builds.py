@@ -32,8 +32,8 @@ def work(name: str, part: float) -> Callable[[], object]:
     model = ss.models.two_subsystems
     if name == "standard run":
         scene = model()
-        start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-        return lambda: ss.simulate(scene, start, 0.6)
+        start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+        return lambda: ss.simulate(scene, 0.6, start)
     if name == "sweep of 1000 points":
         return lambda: ss.sweep(model, friction=np.linspace(0.0, 3.0, 1000))
     if name == "10^5 verdicts of stability":
@@ -42,7 +42,7 @@ def work(name: str, part: float) -> Callable[[], object]:
         from chain_scaling import LARGE, on_cycles, scene_of, settled
 
         scene, start = scene_of(LARGE), on_cycles(settled(), LARGE)
-        return lambda: ss.simulate(scene, start, part * MOTION)
+        return lambda: ss.simulate(scene, part * MOTION, start)
     from uncertain_model import parameters
 
     if name == "10^6 verdicts of a study":

@@ -67,8 +67,8 @@ def scene_of(count: int) -> ss.Scene:
 def settled() -> ss.Trajectory:
     """Return the motion that all start from."""
     scene = scene_of(TILE)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-2})
-    run = ss.simulate(scene, start, SETTLED[1], method="taylor")
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-2})
+    run = ss.simulate(scene, SETTLED[1], start, method="taylor")
     moving = np.unique(run.events.contact[run.events.time > SETTLED[0]])
     if moving.size < TILE:
         raise SystemExit(f"only {moving.size} of {TILE} contacts are on a cycle")
@@ -90,7 +90,7 @@ def cost(run: ss.Trajectory, count: int, method: Literal["taylor", "auto"]) -> t
     """Return the processor time per event, s, of a scene that knows no combination yet."""
     scene, start = scene_of(count), on_cycles(run, count)
     begin = time.process_time()
-    found = ss.simulate(scene, start, 1.0, method=method, max_events=EVENTS)
+    found = ss.simulate(scene, 1.0, start, method=method, max_events=EVENTS)
     return (time.process_time() - begin) / len(found.events), found
 
 
@@ -144,7 +144,7 @@ def only_large(motion: float) -> None:
     run = settled()
     scene, start = scene_of(LARGE), on_cycles(run, LARGE)
     before, begin, clock = peak(), time.process_time(), time.perf_counter()
-    found = ss.simulate(scene, start, motion, time_limit=PATIENCE)
+    found = ss.simulate(scene, motion, start, time_limit=PATIENCE)
     answer = {
         "events": len(found.events),
         "contacts": len(np.unique(found.events.contact)),

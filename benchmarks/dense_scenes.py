@@ -48,14 +48,14 @@ def block_of(coordinates: int, contacts: int) -> ss.Scene:
 def scene_of(coordinates: int, contacts: int) -> tuple[ss.Scene, ss.State]:
     """Return a reduced block and its steady sliding, disturbed."""
     scene = block_of(coordinates, contacts)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={scene.dofs[0]: 0.5})
 
 
 def in_dense_rows(scene: ss.Scene) -> ss.Scene:
     """Return the scene with two modes tied by 1e-12 N/m, and a load of 1e-12 N after 1e6 s."""
     stiffness = np.array(scene.stiffness)
     stiffness[-2, -1] = stiffness[-1, -2] = 1e-12
-    return scene.replace(stiffness=stiffness, loads=[ss.Steps({scene.dofs[-1]: 1e-12}, [1e6], [0.0, 1.0])])
+    return scene.replace(stiffness=stiffness, loads=[ss.Switched({scene.dofs[-1]: 1e-12}, [1e6], [0.0, 1.0])])
 
 
 def free_scene_of(columns: int, rows: int, every: int, modes: int) -> tuple[ss.Scene, ss.State]:
@@ -64,7 +64,7 @@ def free_scene_of(columns: int, rows: int, every: int, modes: int) -> tuple[ss.S
     directions = np.array([row for one in scene.contacts for row in (one.tangential, one.normal)])
     velocity = np.linalg.lstsq(directions, 0.5 * np.eye(len(directions))[0], rcond=None)[0]
     disturbed = dict(zip(scene.dofs, velocity, strict=True))
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity=disturbed)
+    return scene, ss.steady_sliding(scene).perturbed(velocity=disturbed)
 
 
 def best_of(checkout: Path, start: ss.State, table: str, *size: int) -> float:

@@ -51,7 +51,7 @@ def exact_eigenvalues(scene: ss.Scene) -> list[mpmath.mpc]:
                 result[i, j] = entry / mpmath.mpf(scene.mass[row])
         return result
 
-    if isinstance(scene.damping, ss.Proportional):
+    if isinstance(scene.damping, ss.Rayleigh):
         alpha, beta = mpmath.mpf(scene.damping.mass), mpmath.mpf(scene.damping.stiffness)
         values = []
         for kappa in mpmath.eig(reduced(stiffness), left=False, right=False):
@@ -82,7 +82,7 @@ def norms(modes: ss.Modes, scene: ss.Scene) -> tuple[np.ndarray, float]:
     With proportional damping `k |S| / |kappa|` of the mass-normalised stiffness S would be the looser bound.
     """
     m = modes.eigenvalues.size // 2
-    reduced = ss.reduce(scene, modes.combination)
+    reduced = ss.equations_of(scene, modes.combination)
     root = np.sqrt(np.diag(reduced.mass))
     stiffness = reduced.stiffness / np.outer(root, root)
     damping = reduced.damping / np.outer(root, root)
@@ -196,7 +196,7 @@ def best_of(repetitions: int, run: Callable[[], object]) -> float:
 
 
 def state_matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray]:
-    modes = ss.reduce(scene, "+" * len(scene.contacts))
+    modes = ss.equations_of(scene, "+" * len(scene.contacts))
     zero = np.zeros_like(modes.mass)
     a = np.block([[modes.damping, modes.mass], [modes.mass, zero]])
     return a, np.block([[modes.stiffness, zero], [zero, -modes.mass]])
@@ -266,7 +266,7 @@ def chain_times(subsystems: int) -> tuple[float, float, float]:
         parts, [link] * (subsystems - 1), wall_stiffness=1.8e6, friction=0.4, slider_speed=1.0
     )
     a, b = state_matrices(scene)
-    half = ss.reduce(scene, "+" * subsystems)
+    half = ss.equations_of(scene, "+" * subsystems)
     normalised = half.stiffness / np.diag(half.mass)[:, None]
     return (
         best_of(3, lambda: ss.complex_modes(scene)),
@@ -288,13 +288,13 @@ def refined_times(free: int) -> tuple[float, float]:
         np.ones(n),
         0.5 * (stiffness + stiffness.T),
         force=force,
-        damping=ss.Proportional(stiffness=1e-7),
+        damping=ss.Rayleigh(stiffness=1e-7),
         contacts=[
             ss.Contact(tangential=i, normal=contacts + i, friction=0.3, slider_speed=1.0)
             for i in range(contacts)
         ],
     )
-    half = ss.reduce(scene, "+" * contacts)
+    half = ss.equations_of(scene, "+" * contacts)
     normalised = np.linalg.solve(half.mass, half.stiffness)
     return (
         best_of(20, lambda: ss.complex_modes(scene)),

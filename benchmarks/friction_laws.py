@@ -33,7 +33,7 @@ LAW = ss.friction.Stribeck(static=1.5, kinetic=1.2, speed=0.1)
 def reference_model(friction: ss.friction.Law | float) -> tuple[ss.Scene, ss.State]:
     """Return the scene of the standard run under a friction, and its start."""
     scene = ss.models.two_subsystems(friction=friction, slider_speed=0.025, preload_displacement=1e-3)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 
 
 def error(found: Any, expected: list[tuple[mpf, int, str]]) -> str:
@@ -52,9 +52,9 @@ def main() -> None:
     scene, start = reference_model(LAW)
     constant, from_there = reference_model(LAW.static)
     runs: dict[str, Callable[[], Any]] = {
-        "constant friction": lambda: ss.simulate(constant, from_there, DURATION).events,
-        "Stribeck": lambda: ss.simulate(scene, start, DURATION).events,
-        "Stribeck, cold": lambda: ss.simulate(scene.replace(), start, DURATION).events,
+        "constant friction": lambda: ss.simulate(constant, DURATION, from_there).events,
+        "Stribeck": lambda: ss.simulate(scene, DURATION, start).events,
+        "Stribeck, cold": lambda: ss.simulate(scene.replace(), DURATION, start).events,
     }
     if importlib.util.find_spec("heyoka") is None:
         left_out("heyoka", "the comparison")

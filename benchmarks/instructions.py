@@ -39,13 +39,13 @@ def drive(what: str, data: Path, count: int) -> None:
 
     if what == "standard run":
         scene = ss.models.two_subsystems()
-        start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-        runs = [ss.simulate(scene, start, 0.6) for _ in range(count)]
+        start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+        runs = [ss.simulate(scene, 0.6, start) for _ in range(count)]
     else:
         from chain_scaling import LARGE, scene_of
 
         scene, start = scene_of(LARGE), ss.State(*pickle.loads(data.read_bytes()))
-        runs = [ss.simulate(scene, start, 1.0, max_events=CHAIN_EVENTS) for _ in range(count)]
+        runs = [ss.simulate(scene, 1.0, start, max_events=CHAIN_EVENTS) for _ in range(count)]
     print(len(runs[0].events))
 
 

@@ -65,9 +65,7 @@ def main() -> None:
         for size in SIZES:
             for kind, damping in DAMPING.items():
                 file = f"chain-{size}-{kind}.toml"
-                scene = scene_of(size // 4).replace(
-                    friction=FRICTION, damping=ss.Proportional(stiffness=damping)
-                )
+                scene = scene_of(size // 4).replace(friction=FRICTION, damping=ss.Rayleigh(stiffness=damping))
                 ss.save(scene, folder / file)
                 for verb, options in verbs(file, chosen.sweep_options.split()).items():
                     if chosen.only is None or verb.startswith(chosen.only):

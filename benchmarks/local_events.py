@@ -37,7 +37,7 @@ def cost(run: ss.Trajectory, count: int, method: str) -> list[float]:
     for start in range(max(1, 1000 // count)):
         scene, state = scene_of(count), on_cycles(run, count, seed=start)
         begin = time.process_time()
-        found = ss.simulate(scene, state, MOTION, method=method)
+        found = ss.simulate(scene, MOTION, state, method=method)
         spent = time.process_time() - begin
         events += len(found.events)
         work += [found.counters["expansions"], found.counters["refinements"], spent]
@@ -77,7 +77,7 @@ def only(method: str, motion: float, into: Path) -> None:
     run = settled()
     scene, start = scene_of(COMPARED), on_cycles(run, COMPARED)
     begin = time.process_time()
-    found = ss.simulate(scene, start, motion, method=method)
+    found = ss.simulate(scene, motion, start, method=method)
     spent = time.process_time() - begin
     memory = peak()
     end = found.state(found.duration).position

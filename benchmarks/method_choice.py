@@ -46,20 +46,20 @@ LIMIT = 20.0
 def one_contact(count: int) -> tuple[ss.Scene, ss.State]:
     """Return a chain in which friction acts on the first contact only."""
     scene = scene_of(count).replace(friction=[1.5] + [0.5] * (count - 1))
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-2})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-2})
 
 
 def quiet(count: int) -> tuple[ss.Scene, ss.State]:
     """Return a chain that slides, stable and barely disturbed."""
     scene = scene_of(count).replace(friction=0.5)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-6})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-6})
 
 
 def blocks(quick: bool) -> list[tuple[int, str, ss.Scene, ss.State, float, int | None]]:
     """Return dofs, name, scene, start, duration and most events of the elastic blocks."""
 
     def kicked(scene: ss.Scene) -> ss.State:
-        return ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
+        return ss.steady_sliding(scene).perturbed(velocity={scene.dofs[0]: 0.5})
 
     meshes = [(10, 5)] if quick else [(10, 5), (20, 10)]
     scenes = [("coupled masses", quad_block(*mesh, mesh[0], lumped=False), 1e-3, None) for mesh in meshes]
@@ -75,7 +75,7 @@ def seconds(scene: ss.Scene, start: ss.State, method: Method, duration: float, e
         # Threads of numpy that wait after the set-up are not the run's.
         begin = time.thread_time()
         try:
-            run = ss.simulate(fresh, start, duration, method, max_events=events, time_limit=LIMIT)
+            run = ss.simulate(fresh, duration, start, method=method, max_events=events, time_limit=LIMIT)
         except ss.StickslipError:
             return math.inf
         took = time.thread_time() - begin

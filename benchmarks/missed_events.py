@@ -38,7 +38,7 @@ def answer(dip: Dip, part: float, times: NDArray[np.float64]) -> str:
 
 def by_stickslip(dip: Dip, part: float) -> str:
     """Return what the certified search says."""
-    run = ss.simulate(dip.scene, dip.start, dip.period)
+    run = ss.simulate(dip.scene, dip.period, dip.start)
     if len(run.events) == 0 and run.grazings:
         touch = run.grazings[0]
         return f"grazing, {abs(touch.time / dip.period - 0.5):.0e}"

@@ -70,10 +70,10 @@ def beside_heyoka(cycle: ss.Trajectory, sizes: tuple[tuple[int, int, bool], ...]
     rows = []
     for count, most, compact in sizes:
         scene, start = scene_of(count), on_cycles(cycle, count)
-        duration = until(ss.simulate(scene, start, 1e3, max_events=most))
-        first, ours = clocked(lambda: ss.simulate(scene.replace(), start, duration))  # noqa: B023
-        ss.simulate(scene, start, duration)
-        later = quickest(lambda: ss.simulate(scene, start, duration))  # noqa: B023
+        duration = until(ss.simulate(scene, 1e3, start, max_events=most))
+        first, ours = clocked(lambda: ss.simulate(scene.replace(), duration, start))  # noqa: B023
+        ss.simulate(scene, duration, start)
+        later = quickest(lambda: ss.simulate(scene, duration, start))  # noqa: B023
         peer = prepare(scene, start, duration, 0.0, compact=compact)
         cold, theirs = clocked(peer)
         warm = quickest(peer)
@@ -93,8 +93,8 @@ def beside_cvode(cycle: ss.Trajectory, count: int, most: int, report: Report) ->
     from peers.cvode_chain import prepare
 
     scene, start = scene_of(count), on_cycles(cycle, count)
-    duration = until(ss.simulate(scene, start, 1e3, max_events=most))
-    took, ours = clocked(lambda: ss.simulate(scene.replace(), start, duration))
+    duration = until(ss.simulate(scene, 1e3, start, max_events=most))
+    took, ours = clocked(lambda: ss.simulate(scene.replace(), duration, start))
     rows = [
         ["stickslip", str(len(ours.events)), f"{1e3 * took:.3g}", f"{1e3 * took / len(ours.events):.3g}", ""]
     ]

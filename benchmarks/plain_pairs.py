@@ -20,7 +20,7 @@ from meshed import elastic
 from report import Report, arguments
 
 THICKNESS, HALF_ANGLE = 0.019, np.radians(30.0)
-DAMPING = ss.Proportional(stiffness=1e-7)
+DAMPING = ss.Rayleigh(stiffness=1e-7)
 #: Largest velocity of the start, m/s, and its waves round the disc.
 KICK, WAVES = 0.1, 7
 
@@ -50,7 +50,7 @@ def kicked(scene: ss.Scene) -> ss.State:
     waves = KICK * np.cos(WAVES * np.arctan2(y, x)) * (x**2 + y**2) / 0.18**2
     velocity, across = np.zeros(scene.size), scene.mesh.dofs[:, 2]
     velocity[across[across >= 0]] = waves[across >= 0]
-    return ss.sliding_equilibrium(scene).perturbed(velocity=velocity)
+    return ss.steady_sliding(scene).perturbed(velocity=velocity)
 
 
 def main() -> None:
@@ -65,7 +65,7 @@ def main() -> None:
         scene = pad_on_disc(mass == "lumped")
         start = kicked(scene)
         ready = time.process_time()
-        run = ss.simulate(scene, start, chosen.duration)
+        run = ss.simulate(scene, chosen.duration, start)
         done = time.process_time()
         combinations = len(set(run.events.combination))
         cells = [scene.size, len(scene.contacts), mass, f"{1e3 * chosen.duration:g}", len(run.events)]

@@ -66,7 +66,7 @@ class Sliding:
     def __init__(self) -> None:
         def reduced(friction: float, values: Real) -> ss.types.Reduced:
             study = verdicts(1)
-            return ss.reduce(study.source.scene(np.array([friction, *values])), "++")
+            return ss.equations_of(study.source.scene(np.array([friction, *values])), "++")
 
         base = np.array(list(STIFFNESSES.values()))
         plain, rubbed = reduced(0.0, base), reduced(1.0, base)

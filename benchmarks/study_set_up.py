@@ -52,13 +52,13 @@ def main() -> None:
     for row in asked.design[:twice]:
         scene = asked.scene_of(row)
         try:
-            start = ss.sliding_equilibrium(scene).perturbed(velocity=KICK)
+            start = ss.steady_sliding(scene).perturbed(velocity=KICK)
         except ss.StickslipError:
             continue
         # The first combination belongs to the start.
-        ss.simulate(scene, start, INSTANT)
-        first += clocked(lambda: ss.simulate(scene, start, DURATION))[0]  # noqa: B023
-        later += clocked(lambda: ss.simulate(scene, start, DURATION))[0]  # noqa: B023
+        ss.simulate(scene, INSTANT, start)
+        first += clocked(lambda: ss.simulate(scene, DURATION, start))[0]  # noqa: B023
+        later += clocked(lambda: ss.simulate(scene, DURATION, start))[0]  # noqa: B023
     followed = whole - begun
     parts = {
         "scene and start": begun,

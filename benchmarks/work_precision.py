@@ -69,10 +69,10 @@ def stickslip_entries(reference: Any) -> list[Entry]:
     scene, start, duration = reference.scene, reference.start, reference.duration
 
     def warm(method: str) -> Callable[[], Any]:
-        return lambda: ss.simulate(scene, start, duration, method=method)
+        return lambda: ss.simulate(scene, duration, start, method=method)
 
     def cold() -> Callable[[], Any]:
-        return lambda: ss.simulate(scene.replace(), start, duration)
+        return lambda: ss.simulate(scene.replace(), duration, start)
 
     return [
         Entry("stickslip", "warm", lambda: warm("auto")),

@@ -28,7 +28,7 @@ def block(speed: float = 0.3) -> ss.Scene:
     return ss.Scene(
         mass=[1.0, 0.3, 1.0],
         stiffness=STIFFNESS,
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, 0.0, -100.0],
         contacts=[contact],
         dofs=["block", "rider", "normal"],
@@ -47,7 +47,7 @@ gentle = ss.bifurcation(block, over={"speed": speeds})
 pushed = ss.bifurcation(
     block,
     over={"speed": speeds},
-    start=lambda scene: ss.sliding_equilibrium(scene).perturbed(velocity={"block": -1.0}),
+    start=lambda scene: ss.steady_sliding(scene).perturbed(velocity={"block": -1.0}),
 )
 for name, diagram in (("gentle", gentle), ("pushed", pushed)):
     kinds, counts = np.unique(diagram.data.kind.values, return_counts=True)
@@ -62,7 +62,7 @@ print(f"stick-slip ends at {last:.4f} m/s (end of the {branch.end})")
 # %%
 axes = branch.plot("block")
 axes.axvline(last, color="0.5", linestyle="--")
-ss.plot.save(axes.figure, "bifurcation.png", dpi=120)
+ss.save(axes.figure, "bifurcation.png", dpi=120)
 
 # %% [markdown]
 # ## Which starts lead to which motion
@@ -73,11 +73,11 @@ ss.plot.save(axes.figure, "bifurcation.png", dpi=120)
 scene = block(0.3)
 found = ss.basins(
     scene,
-    ss.sliding_equilibrium(scene),
+    ss.steady_sliding(scene),
     position={"block": np.linspace(-8e-3, 8e-3, 25)},
     velocity={"block": np.linspace(-1.6, 0.29, 25)},
 )
-ss.plot.save(found.plot().figure, "basins.png", dpi=120)
+ss.save(found.plot().figure, "basins.png", dpi=120)
 print(*found.attractors, sep="\n")
 
 # %% [markdown]

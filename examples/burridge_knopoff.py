@@ -34,7 +34,7 @@ def row(blocks: int) -> ss.Scene:
     law = {"friction": KINETIC, "static_friction": STATIC, "slider_speed": SPEED}
     contacts = [ss.Contact(tangential=k, normal_force=1.0, **law) for k in range(blocks)]
     stiffness = sp.diags_array([-LINK, main, -LINK], offsets=[-1, 0, 1], shape=(blocks, blocks)).tocsr()
-    return ss.Scene(np.ones(blocks), stiffness, ss.Proportional(mass=0.2), contacts=contacts)
+    return ss.Scene(np.ones(blocks), stiffness, ss.Rayleigh(mass=0.2), contacts=contacts)
 
 
 scene = row(BLOCKS)
@@ -42,7 +42,7 @@ rng = np.random.default_rng(1967)
 # Stretched at random, but nowhere beyond static friction.
 start = ss.State(rng.uniform(-0.02, 0.02, BLOCKS), np.full(BLOCKS, SPEED), "s" * BLOCKS)
 begin = time.perf_counter()
-run = ss.simulate(scene, start, DURATION, method="local")
+run = ss.simulate(scene, DURATION, start, method="local")
 print(f"{len(run.events)} events in {time.perf_counter() - begin:.0f} s")
 counters = run.counters
 per_event = (counters["expansions"] - BLOCKS * counters["panels"]) / (counters["phases"] - 1)

@@ -30,11 +30,11 @@ block = ss.fe.read(
     mesh=files.with_suffix(".inp"),
     units="mm-t-s",
     surfaces={"face": [(1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 8, 4)]},
-    damping=ss.Proportional(stiffness=2e-8),
+    damping=ss.Rayleigh(stiffness=2e-8),
 ).lumped()
 pairs = ss.fe.contact_pairs(block.surface("face"), None, velocity=(1, 0, 0), friction=0.1, gap=-1e-6)
 scene = ss.fe.assemble(block, pairs)
-steady = ss.sliding_equilibrium(scene)
+steady = ss.steady_sliding(scene)
 print(block)
 print(pairs, "in steady sliding:", steady.combination)
 
@@ -49,7 +49,7 @@ for friction in np.linspace(0.0, 0.2, 61):
 loci = np.array(loci)
 growing = max(ss.complex_modes(scene), key=lambda mode: mode.eigenvalue.real)
 print(f"at friction 0.1 a mode grows by {growing.eigenvalue.real:.0f} 1/s at {growing.frequency:.0f} Hz")
-run = ss.simulate(scene, ss.disturbed_sliding(scene), duration=0.01)
+run = ss.simulate(scene, 0.01, ss.disturbed_sliding(scene))
 cycle = run.limit_cycle()
 power = cycle.balance().contacts.work.sum("status").to_numpy() / cycle.period
 print(f"cycle at {cycle.frequency:.0f} Hz with {len(cycle.phases)} phases, {cycle.stability}")

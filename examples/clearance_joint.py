@@ -30,7 +30,7 @@ def joint(clearance: float = 0.2e-3, restitution: float = 0.6) -> ss.Scene:
     return ss.Scene(
         mass=[0.5, 0.5],
         stiffness=[[3e4, -1e4], [-1e4, 3e4]],
-        damping=ss.Proportional(stiffness=4e-4),
+        damping=ss.Rayleigh(stiffness=4e-4),
         contacts=[floor, ceiling],
         dofs=["left", "right"],
         loads=[ss.Harmonic({"right": 3.0}, frequency=32.0, name="shaker")],
@@ -52,7 +52,7 @@ response = ss.frequency_response(scene, "shaker", np.linspace(26.0, 60.0, 35), [
 axes = response.plot()
 axes.axhline(0.2e-3, color="0.5", linestyle=":")
 axes.annotate("play used up", (26.0, 0.19e-3), va="top", color="0.3")
-ss.plot.save(axes.figure, "clearance-response.png", dpi=120)
+ss.save(axes.figure, "clearance-response.png", dpi=120)
 unstable = response.data.frequency[~response.data.stable]
 print(f"{len(response.cycles)} periodic motions, {unstable.size} of them not known to be stable")
 
@@ -62,7 +62,7 @@ print(f"{len(response.cycles)} periodic motions, {unstable.size} of them not kno
 # At 46 Hz the rocker hits both stops in every period of the shaker.
 
 # %%
-run = ss.simulate(scene.replace(shaker_frequency=46.0), REST, 2.0)
+run = ss.simulate(scene.replace(shaker_frequency=46.0), 2.0, REST)
 cycle = run.limit_cycle()
 print(cycle)
 late = np.linspace(1.9, 2.0, 2001)

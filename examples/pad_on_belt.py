@@ -24,12 +24,12 @@ import stickslip as ss
 # %%
 mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 0.04, 13), np.linspace(0.0, 0.02, 7)).with_defaults()
 pad = ss.fe.Body.elastic(
-    mesh, young=1e9, poisson=0.3, density=2500.0, thickness=0.01, damping=ss.Proportional(stiffness=4e-7)
+    mesh, young=1e9, poisson=0.3, density=2500.0, thickness=0.01, damping=ss.Rayleigh(stiffness=4e-7)
 )
 pad = pad.held(pad.surface("top"))
 pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(0.5, 0.0), friction=0.5, gap=-2e-6)
 scene = ss.fe.assemble(pad, pairs)
-steady = ss.sliding_equilibrium(scene)
+steady = ss.steady_sliding(scene)
 print(f"{scene.size} dofs, {len(scene.contacts)} contacts, {steady.combination} in steady sliding")
 
 # %% [markdown]
@@ -56,7 +56,7 @@ for point in ss.hopf_points(reduced.scene, friction=(0.0, 0.39)):
 rows = []
 for friction in np.linspace(0.0, 0.6, 31):
     slipping = reduced.scene.replace(friction=friction)
-    combination = ss.sliding_equilibrium(slipping).combination
+    combination = ss.steady_sliding(slipping).combination
     for mode in ss.complex_modes(slipping, combination).select((1e3, 30e3)):
         rows.append((friction, 1e-3 * mode.frequency, mode.eigenvalue.real))
 of, frequency, growth = np.array(rows).T
@@ -80,8 +80,8 @@ figure.savefig("pad-modes.png", dpi=120)
 # the squeal.
 
 # %%
-start = ss.sliding_equilibrium(reduced.scene).perturbed(velocity={"q0": 1e-3})
-run = ss.simulate(reduced.scene, start, duration=2e-3)
+start = ss.steady_sliding(reduced.scene).perturbed(velocity={"q0": 1e-3})
+run = ss.simulate(reduced.scene, 2e-3, start)
 print(run)
 times = np.linspace(0.0, run.duration, 4001)
 motion = run.sample(times)

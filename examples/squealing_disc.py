@@ -22,8 +22,8 @@ import stickslip as ss
 
 # %%
 turning = ss.fe.Rotation(5.0)
-iron = {"young": 120e9, "poisson": 0.25, "density": 7200.0, "damping": ss.Proportional(60.0, 1e-7)}
-lining = {"young": 0.9e9, "poisson": 0.3, "density": 2500.0, "damping": ss.Proportional(stiffness=5e-6)}
+iron = {"young": 120e9, "poisson": 0.25, "density": 7200.0, "damping": ss.Rayleigh(60.0, 1e-7)}
+lining = {"young": 0.9e9, "poisson": 0.3, "density": 2500.0, "damping": ss.Rayleigh(stiffness=5e-6)}
 disc = ss.fe.ring((10, 80, 3), radii=(0.06, 0.16), angles=(0.0, 2.0 * np.pi), heights=(0.0, 0.019))
 pad = ss.fe.ring((3, 6, 4), radii=(0.10, 0.15), angles=np.radians((-21.0, 21.0)), heights=(0.019, 0.038))
 disc = ss.fe.Body.elastic(disc, **iron, rotation=turning, name="disc")
@@ -40,7 +40,7 @@ scene = ss.fe.assemble([pad, disc], pairs, force=pad.surface("top").pressure(1e6
 # how far those of the reduced model are off. The reduced model is small enough for its modes over friction.
 
 # %%
-steady = ss.sliding_equilibrium(scene)
+steady = ss.steady_sliding(scene)
 reduced = ss.fe.reduce(scene, band=(500.0, 6e3), combination=steady.combination, modes=60)
 print(reduced)
 branches = ss.sweep(reduced.scene, friction=np.linspace(0.0, 0.5, 26), band=(3e3, 5e3))
@@ -52,7 +52,7 @@ branches = ss.sweep(reduced.scene, friction=np.linspace(0.0, 0.5, 26), band=(3e3
 # period says which contacts feed the squeal.
 
 # %%
-run = ss.simulate(reduced.scene, ss.disturbed_sliding(reduced.scene), duration=0.08)
+run = ss.simulate(reduced.scene, 0.08, ss.disturbed_sliding(reduced.scene))
 cycle = run.limit_cycle()
 power = cycle.balance().contacts.work.sum("status").to_numpy() / cycle.period
 feeds = power > 0.0

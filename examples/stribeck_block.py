@@ -59,7 +59,7 @@ figure.savefig("stribeck-growth.png", dpi=120)
 def followed(speed: float, push: float, duration: float) -> ss.Trajectory:
     """Return the motion from steady sliding with an additional velocity of `push`, m/s."""
     scene = block(speed)
-    return ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x": push}), duration)
+    return ss.simulate(scene, duration, ss.steady_sliding(scene).perturbed(velocity={"x": push}))
 
 
 figure, panels = plt.subplots(1, 3, figsize=(11.0, 3.8), layout="constrained")
@@ -68,7 +68,7 @@ for axes, speed, push in zip(panels, (0.2, 0.32, 0.32), (0.01, 0.01, 0.31), stri
     ss.plot.phase_portrait(axes, run)
     axes.set_title(f"belt {speed} m/s, push {push} m/s")
     print(f"belt {speed} m/s, push {push} m/s: {len(run.events)} events")
-ss.plot.save(figure, "stribeck-motion.png", dpi=120)
+ss.save(figure, "stribeck-motion.png", dpi=120)
 
 # %% [markdown]
 # ## Amplitude over the speed of the belt
@@ -90,7 +90,7 @@ for name, of_belt, marker in (("small push", 0.01, "o"), ("push near belt speed"
 axes.axvline(threshold.value, color="0.5", linestyle="--", label="Hopf point")
 axes.set(xlabel="belt speed, m/s", ylabel="amplitude, m")
 axes.legend(frameon=False)
-ss.plot.save(figure, "stribeck-amplitude.png", dpi=120)
+ss.save(figure, "stribeck-amplitude.png", dpi=120)
 stick_slip = belts[np.array(amplitude) > 1e-3].max()
 print(f"stick-slip was reached at belt speeds up to {stick_slip:.3f} m/s")
 

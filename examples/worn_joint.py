@@ -34,7 +34,7 @@ def joint(load: float) -> ss.Scene:
     return ss.Scene(
         mass=[0.2, 0.2, 0.2, 0.2, 4.0],
         stiffness=SHEET * (2.0 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1) - np.diag([0, 0, 0, 0, 1])),
-        damping=ss.Proportional(stiffness=2e-5),
+        damping=ss.Rayleigh(stiffness=2e-5),
         contacts=contacts,
         dofs=dofs,
         loads=[ss.Harmonic({"machine": load}, frequency=100.0, name="shaker")],

@@ -45,7 +45,7 @@ def datasets():
     times = np.linspace(0.0, 0.2, 5)
     scene = ss.models.two_subsystems()
     model = ss.models.two_subsystems
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.3)
+    run = ss.simulate(scene, 0.3, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     cycle = run.limit_cycle()
     modes = ss.complex_modes(scene)
     selection = ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4)

@@ -14,7 +14,7 @@ assert (folder / "py.typed").exists()
 assert (folder / "_core.pyi").exists()
 
 scene = ss.models.two_subsystems()
-run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
 assert len(run.events) == 312
 assert abs(run.limit_cycle().period - 8.908492605779e-3) < 1e-14
 

@@ -5,9 +5,11 @@ import io
 import itertools
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 import stickslip as ss
 from stickslip.show.replaced_file import replace_file
@@ -31,7 +33,7 @@ def test_panels_have_letters_and_a_single_one_has_none():
 @pytest.mark.parametrize(("end", "label"), [(0.05, "time, ms"), (0.5, "time, s")])
 def test_short_times_are_in_milliseconds(end, label):
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.disturbed_sliding(scene), end)
+    run = ss.simulate(scene, end, ss.disturbed_sliding(scene))
     figure = Figure()
     axes = figure.subplots()
     ss.plot.contact_status(axes, run)
@@ -89,7 +91,7 @@ def test_a_figure_has_one_minus_sign():
 def test_a_file_of_your_own_axes_holds_the_whole_legend(draw):
     scene = ss.models.two_subsystems()
     figure = Figure(figsize=(5.0, 2.5))
-    axes = draw(figure.subplots(), ss.simulate(scene, ss.disturbed_sliding(scene), 0.2))
+    axes = draw(figure.subplots(), ss.simulate(scene, 0.2, ss.disturbed_sliding(scene)))
     save(axes, io.BytesIO(), form="png")
     figure.draw_without_rendering()
     drawn = axes.get_legend().get_window_extent()
@@ -119,7 +121,7 @@ def test_a_letter_stands_above_the_tick_at_the_upper_end():
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])
 def test_the_same_figure_gives_the_same_bytes(form):
     cycle = ss.models.two_subsystems()
-    run = ss.simulate(cycle, ss.disturbed_sliding(cycle), 0.05)
+    run = ss.simulate(cycle, 0.05, ss.disturbed_sliding(cycle))
     written = []
     for _ in range(2):
         stream = io.BytesIO()
@@ -167,7 +169,7 @@ def test_an_error_of_writing_names_the_file_that_was_asked_for(tmp_path):
 
 def test_events_and_works_are_told_apart():
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.disturbed_sliding(scene), 0.2)
+    run = ss.simulate(scene, 0.2, ss.disturbed_sliding(scene))
     axes = run.events.plot(Figure().subplots())
     strokes = np.concatenate([lines.get_segments() for lines in axes.collections])
     assert len(strokes) == len(run.events)
@@ -190,8 +192,26 @@ def test_an_axis_of_energy_has_the_unit_that_suits_it(joules, unit, shown):
     axes = figure.subplots()
     axes.barh([0.0], [-1e3 * joules])
     axes.set(xlabel="work, mJ", xlim=(-1e3 * joules, 0.0))
-    ss.plot.save(figure, io.BytesIO(), form="svg")
+    save(figure, io.BytesIO(), form="svg")
     assert axes.get_xlabel() == f"work, {unit}"
     axes.xaxis.set_ticks([-1e3 * joules])
     (label,) = axes.xaxis.get_major_formatter().format_ticks([-1e3 * joules])
     assert float(label.replace("\N{MINUS SIGN}", "-")) == pytest.approx(-shown)
+
+
+def test_a_figure_has_the_width_of_a_column_with_everything_in_it(tmp_path):
+    scene = ss.models.two_subsystems()
+    figure = ss.plot.history(ss.simulate(scene, 0.05))
+    before = figure.get_size_inches().tolist()
+    sizes = [text.get_fontsize() for text in figure.findobj(Text)]
+    ss.save(figure, tmp_path / "whole.png", dpi=100)
+    ss.save(figure, tmp_path / "column.png", dpi=100, width=0.085)
+    ss.save(figure, tmp_path / "again.png", dpi=100)
+    assert plt.imread(tmp_path / "column.png").shape[1] == int(100 * 0.085 / 0.0254)
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "whole.png").read_bytes()
+    assert figure.get_size_inches().tolist() == before
+    assert [text.get_fontsize() for text in figure.findobj(Text)][: len(sizes)] == sizes
+    with pytest.raises(ss.InputError, match=r"width: must be positive and below 10 m, got -1\.0"):
+        ss.save(figure, tmp_path / "column.png", width=-1)
+    with pytest.raises(ss.InputError, match=r"width: does not concern Scene, got 0\.1"):
+        ss.save(scene, tmp_path / "scene.toml", width=0.1)

@@ -17,8 +17,8 @@ NAN, INF = float("nan"), float("inf")
 HUGE = 10**400
 MODEL = ss.models.two_subsystems
 SCENE = MODEL()
-START = ss.sliding_equilibrium(SCENE)
-RUN = ss.simulate(SCENE, START, 0.01)
+START = ss.steady_sliding(SCENE)
+RUN = ss.simulate(SCENE, 0.01, START)
 
 
 class OwnLaw(ss.friction.Law):
@@ -64,13 +64,13 @@ CALLS = {
     ),
     "huge mass": (lambda: masses(mass=[1, 1, 1, HUGE]), "mass: expected a number of at most"),
     "no repr": (lambda: MODEL(friction=10**5000), "friction: .* got an integer of 16610 bits"),
-    "huge duration": (lambda: ss.simulate(SCENE, START, HUGE), "duration: expected a number of at most"),
+    "huge duration": (lambda: ss.simulate(SCENE, HUGE, START), "duration: expected a number of at most"),
     "huge time limit": (
-        lambda: ss.simulate(SCENE, START, 1.0, time_limit=HUGE),
+        lambda: ss.simulate(SCENE, 1.0, START, time_limit=HUGE),
         "time_limit: expected a number",
     ),
     "max_events": (
-        lambda: ss.simulate(SCENE, START, 1.0, max_events=10**30),
+        lambda: ss.simulate(SCENE, 1.0, START, max_events=10**30),
         "max_events: .* <= 9223372036854",
     ),
     "samples": (
@@ -161,16 +161,16 @@ CALLS = {
     "dofs a text": (lambda: masses(2, dofs="ab"), "dofs: expected 2 names, got 'ab'"),
     # physics
     "negative beta": (
-        lambda: ss.Proportional(stiffness=-1.0),
+        lambda: ss.Rayleigh(stiffness=-1.0),
         "damping.stiffness: must be >= 0, got -1",
     ),
     "negative alpha": (
-        lambda: ss.Proportional(mass=-1.0),
+        lambda: ss.Rayleigh(mass=-1.0),
         "damping.mass: must be >= 0, got -1",
     ),
-    "alpha nan": (lambda: ss.Proportional(mass=np.nan), "damping.mass: must be finite, got nan"),
+    "alpha nan": (lambda: ss.Rayleigh(mass=np.nan), "damping.mass: must be finite, got nan"),
     "beta a word": (
-        lambda: ss.Proportional(stiffness="much"),
+        lambda: ss.Rayleigh(stiffness="much"),
         "damping.stiffness: expected a real number, got 'much'",
     ),
     "chain mass": (
@@ -259,7 +259,7 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
         force=[0.0, -10.0, 0.0, *[0.0] * 4],
         contacts=[contact(3, 4, slider_speed=0.1), contact(5, 6, slider_speed=0.1)],
     )
-    resting = ss.sliding_equilibrium(scene)
+    resting = ss.steady_sliding(scene)
     # Friction 0.5 of the load 10 N against the spring of 1e4 N/m, to the compliance of the ties.
     assert resting.position[0] == pytest.approx(0.5 * 10.0 / 1e4, rel=1e-3)
 
@@ -277,7 +277,7 @@ def test_marginal_modes():
     assert ss.complex_modes(free, "+").marginal.all()
     matrix = free.replace(damping=np.zeros((4, 4)))
     assert ss.complex_modes(matrix, "+").marginal.all()
-    damped = ss.complex_modes(free.replace(damping=ss.Proportional(stiffness=1e-11)), "+")
+    damped = ss.complex_modes(free.replace(damping=ss.Rayleigh(stiffness=1e-11)), "+")
     assert not damped.marginal.any()
     assert "marginal" in repr(ss.complex_modes(free, "+"))
     assert "-0.000000" not in repr(damped)

@@ -27,7 +27,7 @@ def saved(kind: Kind, folder: Any) -> Any:
     """Return the scene file of a kind, its start and its run in it."""
     path = folder / "scene.toml"
     if not path.exists():
-        rest, start = ss.sliding_equilibrium(kind.scene), kind.start
+        rest, start = ss.steady_sliding(kind.scene), kind.start
         added = {kind.scene.dofs[0]: float(start.velocity[0] - rest.velocity[0])}
         ss.save(ss.Case(kind.scene, {"velocity": added}, {"duration": kind.duration}), path)
     return path
@@ -44,11 +44,11 @@ def verb(*arguments: Any, codes: tuple[int, ...] = (0,)) -> str:
 
 def back(data: Any, folder: Any) -> None:
     """Write a dataset to a file of each form, and expect from it what was written."""
-    ss.write_dataset(data, folder / "data.csv")
+    ss.save(data, folder / "data.csv")
     for ending in ("nc", "json"):
         path = folder / f"data.{ending}"
-        ss.write_dataset(data, path)
-        assert ss.read_dataset(path).identical(data)
+        ss.save(data, path)
+        assert ss.load(path).identical(data)
 
 
 def told(result: Any) -> None:
@@ -146,8 +146,8 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "scene told": lambda kind, _: told(kind.scene),
     "scene pickled": lambda kind, _: again(kind.scene),
     "scene drawn": lambda kind, _: ss.plot.schematic(kind.scene),
-    "scene file": lambda kind, folder: ss.load_scene(saved(kind, folder)),
-    "steady sliding": lambda kind, _: repr(ss.sliding_equilibrium(kind.scene)),
+    "scene file": lambda kind, folder: ss.load(saved(kind, folder)).scene,
+    "steady sliding": lambda kind, _: repr(ss.steady_sliding(kind.scene)),
     "contact forces": lambda kind, _: kind.start.contact_forces(kind.scene),
     "disturbed sliding": lambda kind, _: repr(ss.disturbed_sliding(kind.scene)),
     "modes told": lambda kind, _: told(kind.modes),
@@ -158,7 +158,7 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "mode power": lambda kind, _: ss.mode_power(kind.scene),
     "mode selection": lambda kind, _: ss.mode_selection(kind.scene, [1e-4], phases=2),
     "status table": lambda kind, _: told(ss.status_table(kind.scene)),
-    "reduction": lambda kind, _: repr(ss.reduce(kind.scene, kind.start.combination)),
+    "reduction": lambda kind, _: repr(ss.equations_of(kind.scene, kind.start.combination)),
     "sensitivity": lambda kind, _: ss.sensitivity(kind.scene),
     "sweep": lambda kind, _: ss.plot.loci(ss.sweep(kind.scene, over=over(kind, 5))),
     "critical points": lambda kind, _: ss.critical_points(kind.scene, over=between(kind)),

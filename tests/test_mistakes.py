@@ -8,7 +8,7 @@ import pytest
 import stickslip as ss
 
 SCENE = ss.models.two_subsystems()
-START = ss.sliding_equilibrium(SCENE)
+START = ss.steady_sliding(SCENE)
 MODEL = ss.models.two_subsystems
 
 
@@ -48,14 +48,14 @@ def small(**changes):
         # what is handed over
         (lambda: ss.complex_modes(MODEL), "scene: expected a Scene, got <function.*; call it"),
         (
-            lambda: ss.sliding_equilibrium(ss.Case(SCENE)),
+            lambda: ss.steady_sliding(ss.Case(SCENE)),
             "expected a Scene, got Case of .*; its scene is .scene",
         ),
-        (lambda: ss.simulate(START, SCENE, 1.0), "scene: expected a Scene, got Equilibrium"),
-        (lambda: ss.simulate(SCENE, np.zeros(8), 1.0), "start: expected a State"),
+        (lambda: ss.simulate(START, 1.0, SCENE), "scene: expected a Scene, got Equilibrium"),
+        (lambda: ss.simulate(SCENE, 1.0, np.zeros(8)), "start: expected a State"),
         (lambda: ss.complex_modes(SCENE, ["+", "+"]), "as one text, got"),
-        (lambda: ss.reduce(SCENE, "+"), "one letter of .* per contact"),
-        (lambda: small(damping=1e-4), r"pass Proportional\(stiffness=beta\)"),
+        (lambda: ss.equations_of(SCENE, "+"), "one letter of .* per contact"),
+        (lambda: small(damping=1e-4), r"pass Rayleigh\(stiffness=beta\)"),
         (lambda: small(contacts=ss.Contact(tangential=0, normal=1, friction=0.5)), "got a single Contact"),
         (lambda: SCENE.replace(friction="1.5"), "friction: expected a number, or one per contact, got '1.5'"),
         (lambda: ss.sweep(SCENE, friction=1.5), "expected one or two parameters with arrays of values"),
@@ -65,14 +65,14 @@ def small(**changes):
         (lambda: small(stiffness=[[1.0, 2.0], [3.0, 4.0]]), "stiffness: must be symmetric"),
         (lambda: SCENE.replace(friction=-1), "contact 0: friction: must be >= 0, got -1"),
         (lambda: SCENE.replace(friction=[1.0, 2.0, 3.0]), r"one value per contact \(2\), got 3"),
-        (lambda: ss.simulate(SCENE, START, "1 s"), "duration: expected a real number, got '1 s'"),
+        (lambda: ss.simulate(SCENE, "1 s", START), "duration: expected a real number, got '1 s'"),
         (lambda: ss.critical_points(SCENE, friction=(3.0, 0.0)), "expected finite lower < upper"),
         (
-            lambda: ss.simulate(SCENE, START, np.timedelta64(1, "s")),
+            lambda: ss.simulate(SCENE, np.timedelta64(1, "s"), START),
             "duration: expected a real number, got np.timedelta64",
         ),
         (
-            lambda: ss.sliding_equilibrium(
+            lambda: ss.steady_sliding(
                 small(
                     stiffness=1e308 * np.eye(2),
                     force=[0.0, -1.0],
@@ -86,16 +86,16 @@ def small(**changes):
             "modes leave a mode of the band without counterpart; give a larger tolerance, or another",
         ),
         # files and figures
-        (lambda: ss.read_dataset(None), "path: expected the path of a file, got None"),
-        (lambda: ss.write_dataset(ss.complex_modes(SCENE), 5), "path: expected the path of a file, got 5"),
-        (lambda: ss.load_scene(0), "path: expected the path of a file, got 0"),
+        (lambda: ss.load(None), "path: expected the path of a file, got None"),
+        (lambda: ss.save(ss.complex_modes(SCENE), 5), "path: expected the path of a file, got 5"),
+        (lambda: ss.load(0).scene, "path: expected the path of a file, got 0"),
         (lambda: ss.save(SCENE, 5), "path: expected the path of a file, got 5"),
         (lambda: ss.write_report(SCENE, 5), "path: expected the path of a file, got 5"),
         (lambda: ss.write_report(5, "x.html"), "scene: expected a Scene, got 5"),
         (lambda: ss.plot.loci(5), "branches: expected what sweep returns, got 5"),
         (lambda: ss.plot.stability_map(5), "branches: expected what sweep returns, got 5"),
         (
-            lambda: ss.simulate(SCENE, START, 1e-3).plot(["x1"]),
+            lambda: ss.simulate(SCENE, 1e-3, START).plot(["x1"]),
             "dof: expected the name or index of a dof, got \\['x1'\\]",
         ),
         (
@@ -132,7 +132,7 @@ def test_titles_of_many_contacts_are_short():
     count = 2000
     contacts = [ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=1.0, gap=1.0)] * count
     scene = small(contacts=contacts)
-    equilibrium = ss.sliding_equilibrium(scene)
+    equilibrium = ss.steady_sliding(scene)
     assert equilibrium.combination == count * "d"
     assert repr(equilibrium).startswith(f"Equilibrium('{24 * 'd'}… (2000 contacts)', 2 dofs, 0 contacts")
     modes = ss.complex_modes(scene, equilibrium.combination)

@@ -19,7 +19,7 @@ def belt(stiffness=(300.0, 200.0), coupling=250.0, friction=0.3, progress=1.0):
             [-coupling, normal + coupling, 0.0],
             [0.0, 0.0, 50.0],
         ],
-        damping=ss.Proportional(stiffness=2e-4),
+        damping=ss.Rayleigh(stiffness=2e-4),
         force=[0.0, -20.0 * progress, 0.0],
         contacts=[
             ss.Contact(tangential="along", normal="across", friction=friction, slider_speed=0.5, name="belt")
@@ -37,7 +37,7 @@ def brake(friction=1.5, vertical_stiffness=(4.5e5, 3.0e4)):
 def test_forty_calls(tmp_path):
     own = belt()
     assert own.contact_labels() == ["belt"]
-    rest = ss.sliding_equilibrium(own)
+    rest = ss.steady_sliding(own)
     assert float(rest.contact_forces(own).normal_force.sel(contact="belt")) > 0.0
     assert [mode.unstable for mode in ss.complex_modes(own)] == [False] * 4
     louder = own.replace(friction_belt=0.6)
@@ -58,7 +58,7 @@ def test_forty_calls(tmp_path):
     assert ss.modes.phase_lag(modes, "x1", "x2").size == len(modes)
     assert abs(ss.mode_power(scene).residual).max() < 1e-6 * abs(ss.mode_power(scene).damping_power).max()
     assert len(ss.status_table(scene, ["++", "+s"]).data.combination) == 2
-    assert ss.reduce(scene, "ss").mass.shape == (4, 4)
+    assert ss.equations_of(scene, "ss").mass.shape == (4, 4)
 
     loci = ss.sweep(brake, friction=np.linspace(0.5, 2.5, 21))
     (onset, *_) = ss.hopf_points(brake, friction=(0.5, 2.5))
@@ -69,8 +69,8 @@ def test_forty_calls(tmp_path):
     assert slopes.parameter.to_numpy().tolist() == ["vertical_stiffness_1", "friction"]
     assert ss.entry_sensitivity(scene, "stiffness").dims == ("mode", "row", "column")
 
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    run = ss.simulate(scene, start, 0.6)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    run = ss.simulate(scene, 0.6, start)
     assert run.events[0].name == "0"
     assert run.events.to_dataframe().shape[0] == len(run.events)
     aligned = run.sample()
@@ -104,10 +104,10 @@ def test_forty_calls(tmp_path):
     assert ss.study.unstacked(results).growth_rate.shape == (2, 2)
 
     ss.save(ss.Case(ss.models.two_subsystems, run={"duration": 0.1}), tmp_path / "brake.toml")
-    case = ss.load_case(tmp_path / "brake.toml").replace(vertical_stiffness_1=3.1e4)
+    case = ss.load(tmp_path / "brake.toml").replace(vertical_stiffness_1=3.1e4)
     assert case.simulate().duration == 0.1
     ss.save(own, tmp_path / "belt.toml")
-    assert ss.load_scene(tmp_path / "belt.toml").dofs == own.dofs
+    assert ss.load(tmp_path / "belt.toml").scene.dofs == own.dofs
     for name, answer in {
         "loci": loci,
         "diagram": diagram.to_dataset(),
@@ -116,12 +116,12 @@ def test_forty_calls(tmp_path):
         "events": run.events.to_dataset(),
         "modes": modes.to_dataset(),
     }.items():
-        ss.write_dataset(answer, tmp_path / f"{name}.nc")
-        assert set(ss.read_dataset(tmp_path / f"{name}.nc").data_vars) == set(answer.data_vars), name
+        ss.save(answer, tmp_path / f"{name}.nc")
+        assert set(ss.load(tmp_path / f"{name}.nc").data_vars) == set(answer.data_vars), name
     for drawn in (run, cycle, modes, run.balance(), diagram, branch, reached):
         assert drawn.plot().get_xlabel()
     for figure in (ss.plot.loci(loci), ss.plot.study(results), ss.plot.history(run)):
-        ss.plot.save(figure, tmp_path / "figure.png")
+        ss.save(figure, tmp_path / "figure.png")
         assert (tmp_path / "figure.png").stat().st_size > 1000
     mpl.pyplot.close("all")
     with pytest.raises(ss.InputError, match=r"progress: the model has such a parameter.*over="):

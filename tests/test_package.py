@@ -31,7 +31,7 @@ def test_importing_the_package_loads_nothing_heavy():
 def test_modes_and_runs_take_no_figures():
     modes = "import stickslip as ss; ss.complex_modes(ss.models.two_subsystems())"
     assert loaded(modes) <= {"numpy", "scipy", "scipy.sparse"}
-    run = "scene = ss.models.two_subsystems(); ss.simulate(scene, ss.sliding_equilibrium(scene), 0.01)"
+    run = "scene = ss.models.two_subsystems(); ss.simulate(scene, 0.01, ss.steady_sliding(scene))"
     assert "matplotlib" not in loaded(f"import stickslip as ss; {run}")
 
 

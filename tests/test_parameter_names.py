@@ -118,8 +118,8 @@ def test_a_name_stands_for_the_same_number_in_every_question_about_stability(cal
 
 @pytest.fixture(scope="module")
 def cycle():
-    start = ss.sliding_equilibrium(SCENE).perturbed(velocity={"x1": 1e-3})
-    return ss.simulate(SCENE, start, 0.6).limit_cycle()
+    start = ss.steady_sliding(SCENE).perturbed(velocity={"x1": 1e-3})
+    return ss.simulate(SCENE, 0.6, start).limit_cycle()
 
 
 #: The cycle of the standard run is near that of every one of these scenes.
@@ -139,11 +139,11 @@ def test_a_name_stands_for_the_same_number_in_searches_for_cycles(cycle, name):
     traced = ss.trace_branch(cycle, model, over={name: values}, step=0.5)
     scene = ss.Case(MODEL).replace(**{name: values[1]}).scene
     settled = ss.bifurcation(
-        model, over={name: values[1:]}, start=ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+        model, over={name: values[1:]}, start=ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     )
     reached = ss.basins(
         model,
-        lambda made: ss.sliding_equilibrium(made),
+        lambda made: ss.steady_sliding(made),
         velocity={"x1": [1e-3]},
         over={name: values[1:]},
     )
@@ -179,7 +179,7 @@ def test_critical_points_are_those_of_the_same_number_by_any_name():
 
 
 def test_two_axes_of_parameters_and_starts_are_one_map():
-    found = ss.basins(SCENE, ss.sliding_equilibrium, velocity={"x1": [1e-3]}, over={"friction": [0.5, 1.5]})
+    found = ss.basins(SCENE, ss.steady_sliding, velocity={"x1": [1e-3]}, over={"friction": [0.5, 1.5]})
     assert found.map.dims == ("velocity_x1", "friction")
     assert found.attractors[0] == "equilibrium"
     assert isinstance(found.attractors[1], ss.Cycle)
@@ -205,7 +205,7 @@ def told(call, model, cycle, **arguments):
     if "cycle" in further:
         return call(cycle, model, **arguments)
     if "start" in further:
-        return call(model, ss.sliding_equilibrium, velocity={"x1": [1e-3]}, **arguments)
+        return call(model, ss.steady_sliding, velocity={"x1": [1e-3]}, **arguments)
     return call(model, **arguments)
 
 

@@ -19,7 +19,7 @@ import stickslip as ss
 @cache
 def examples():
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     cycle = run.limit_cycle()
     bouncing = ss.Scene(
         [1.0, 1.0],
@@ -27,7 +27,7 @@ def examples():
         force=[0.0, -10.0],
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, restitution=0.5, name="ball")],
     )
-    drop = ss.simulate(bouncing, ss.State([0.0, 0.1], [0.0, 0.0], "d"), 3.0)
+    drop = ss.simulate(bouncing, 3.0, ss.State([0.0, 0.1], [0.0, 0.0], "d"))
     shaken = ss.Scene(
         [1.0], [[50.0]], damping=[[1.0]], loads=[ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")]
     )
@@ -36,13 +36,13 @@ def examples():
     return {
         "Scene": scene,
         "Contact": bouncing.contacts[0],
-        "Proportional": scene.damping,
+        "Rayleigh": scene.damping,
         "State": run.start,
-        "Equilibrium": ss.sliding_equilibrium(scene),
+        "Equilibrium": ss.steady_sliding(scene),
         "Case": ss.Case(scene, run={"duration": 0.6}),
         "Modes": ss.complex_modes(scene),
         "Mode": ss.complex_modes(scene)[2],
-        "Reduced": ss.reduce(scene, "+s"),
+        "Reduced": ss.equations_of(scene, "+s"),
         "StatusTable": ss.status_table(scene, ["++", "ss"]),
         "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
         "Trajectory": run,
@@ -57,7 +57,7 @@ def examples():
         "Outcome": next(ss.simulate_many([scene], duration=0.2, velocity={"x1": 1e-3})),
         "Cycle": cycle,
         "Harmonic": shaken.loads[0],
-        "Steps": ss.Steps({"x1": 1.0}, times=[0.1], values=[1.0, 0.0]),
+        "Switched": ss.Switched({"x1": 1.0}, times=[0.1], values=[1.0, 0.0]),
         "FrequencyResponse": ss.frequency_response(
             shaken, "shaker", [1.0, 1.5], start=ss.State([0.0], [0.0], "")
         ),
@@ -87,9 +87,9 @@ NAMES = [
     "CriticalPoint", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse",
     "Grazing", "Harmonic", "InputError", "Margin", "Mode",
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NoSteadyStateError", "NotPeriodicError",
-    "OrbitError", "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene",
+    "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "RunInterrupted", "Scene",
     "SearchInterrupted", "State",
-    "StatusTable", "Steps", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
+    "StatusTable", "Switched", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
     "Trajectory",
 ]  # fmt: skip
 
@@ -160,7 +160,7 @@ def test_copies_are_the_same_to_the_last_bit(name, way):
 
 def test_a_difference_would_be_seen():
     run = examples()["Trajectory"]
-    other = ss.simulate(run.scene, run.start.perturbed(velocity={"x2": 1e-17}), 0.6)
+    other = ss.simulate(run.scene, 0.6, run.start.perturbed(velocity={"x2": 1e-17}))
     assert not same(other, run)
     assert not same(examples()["Scene"].replace(friction=1.6), examples()["Scene"])
 
@@ -168,9 +168,7 @@ def test_a_difference_would_be_seen():
 @pytest.mark.parametrize("method", ["modal", "taylor"])
 def test_a_motion_read_back_goes_on_as_before(method):
     scene = ss.models.two_subsystems(friction=2.2, slider_speed=0.05)
-    run = ss.simulate(
-        scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.3, method=method
-    )
+    run = ss.simulate(scene, 0.3, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}), method=method)
     again = pickle.loads(pickle.dumps(run))
     times = np.linspace(0.0, 0.3, 997)
     assert again.sample(times).identical(run.sample(times))
@@ -191,7 +189,7 @@ def test_parts_that_run_by_themselves_survive():
         np.concatenate([one.force, [0.0]]),
         one.contacts,
     )
-    run = ss.simulate(pair, ss.sliding_equilibrium(pair).perturbed(velocity={"x1": 1e-3, "x9": 1.0}), 0.3)
+    run = ss.simulate(pair, 0.3, ss.steady_sliding(pair).perturbed(velocity={"x1": 1e-3, "x9": 1.0}))
     again = pickle.loads(pickle.dumps(run))
     times = np.linspace(0.0, 0.3, 101)
     assert len(run.events) > 50
@@ -212,7 +210,7 @@ def test_a_cycle_read_back_can_be_asked_everything():
 def test_motions_that_stopped_early_survive():
     scene = examples()["Scene"]
     start = examples()["State"]
-    stopped = ss.simulate(scene, start, 10.0, max_events=5)
+    stopped = ss.simulate(scene, 10.0, start, max_events=5)
     assert pickle.loads(pickle.dumps(stopped)).stop_reason == "max_events"
 
 
@@ -316,8 +314,8 @@ def test_events_are_a_sequence_that_names_contacts():
         ss.Contact(tangential=6, normal=7, friction=1.5, slider_speed=0.025, name="right"),
     ]
     scene = ss.models.two_subsystems().replace(contacts=contacts)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    events = ss.simulate(scene, start, 0.2).events
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    events = ss.simulate(scene, 0.2, start).events
     assert [one.time for one in events] == events.time.tolist()
     assert [one.name for one in events] == [("left", "right")[place] for place in events.contact]
     assert events[-1] == events[len(events) - 1] == list(events)[-1]
@@ -373,8 +371,8 @@ def test_every_result_has_a_dataset_a_summary_and_a_drawing(name, tmp_path):
     assert dataset.data_vars
     for variable in dataset.data_vars.values():
         assert variable.dtype.kind in "biUO" or variable.attrs.get("units"), variable.name
-    ss.write_dataset(result, tmp_path / "result.nc")
-    assert set(ss.read_dataset(tmp_path / "result.nc").variables) == set(dataset.variables)
+    ss.save(result, tmp_path / "result.nc")
+    assert set(ss.load(tmp_path / "result.nc").variables) == set(dataset.variables)
     axes = Figure().subplots()
     assert result.plot(ax=axes) is axes
     assert axes.get_xlabel()

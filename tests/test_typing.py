@@ -21,7 +21,7 @@ def model(friction: float) -> ss.Scene:
     return ss.Scene(
         mass=[1.0, 1.0],
         stiffness=np.diag([100.0, 200.0]),
-        damping=ss.Proportional(stiffness=1e-3),
+        damping=ss.Rayleigh(stiffness=1e-3),
         force=np.array([0.0, -10.0]),
         contacts=[ss.Contact(tangential="x1", normal=1, friction=friction, slider_speed=0.1)],
     )
@@ -34,10 +34,10 @@ assert_type(modes.unstable, NDArray[np.bool_])
 assert_type(modes.combination, str)
 assert_type(ss.sweep(model, friction=np.linspace(0.0, 1.0, 5)), xr.Dataset)
 assert_type([p.value for p in ss.critical_points(scene, friction=(0.0, 1.0))], list[float])
-start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 assert_type(start, ss.State)
 try:
-    run = ss.simulate(scene, start, duration=0.6, max_events=100)
+    run = ss.simulate(scene, 0.6, start, max_events=100)
 except ss.RunError as error:
     assert_type(error.partial, ss.types.Motion | None)
     raise
@@ -71,7 +71,7 @@ assert_type(ss.stability(scene, over={"friction_0": [0.1, 0.2]}), xr.Dataset)
 assert_type(ss.sensitivity(model, friction=0.5), xr.Dataset)
 assert_type(ss.entry_sensitivity(scene, "mass"), xr.DataArray)
 assert_type(start.contact_forces(scene), xr.Dataset)
-assert_type(ss.reduce(scene, "+"), ss.types.Reduced)
+assert_type(ss.equations_of(scene, "+"), ss.types.Reduced)
 assert_type(ss.status_table(scene), ss.types.StatusTable)
 assert_type(ss.mode_power(scene), xr.Dataset)
 assert_type(modes[0], ss.types.Mode)
@@ -101,7 +101,7 @@ branch = ss.follow_branch(cycle, friction=[0.5, 0.6])
 assert_type(branch, ss.types.Branch)
 assert_type(ss.trace_branch(cycle, friction=(0.5, 0.6)).folds, tuple[ss.types.BranchPoint, ...])
 assert_type(ss.branch_points(cycle, friction=(0.5, 0.6)), tuple[ss.types.BranchPoint, ...])
-reached = ss.basins(model, ss.sliding_equilibrium, velocity={"x1": [0.0]}, over={"friction": [0.5]})
+reached = ss.basins(model, ss.steady_sliding, velocity={"x1": [0.0]}, over={"friction": [0.5]})
 assert_type(reached, ss.types.Basins)
 assert_type(reached.attractors, tuple[ss.Cycle | str, ...])
 assert_type(reached.plot(), Axes)
@@ -110,18 +110,18 @@ assert_type(ss.mode_selection(scene), ss.types.ModeSelection)
 study = ss.Study(model, {"friction": [0.1, 0.2]})
 assert_type(study.run(), xr.Dataset)
 assert_type(study.scene_of([0.1]), ss.Scene)
-case = ss.load_case("scene.toml").replace(friction_0=0.3)
+case = ss.load("scene.toml").replace(friction_0=0.3)
 assert_type(case, ss.Case)
 assert_type(case.simulate(), ss.Trajectory)
-assert_type(ss.study_of(case), ss.Study)
-assert_type(ss.read_dataset("run.nc"), xr.Dataset)
+assert_type(case.to_study(), ss.Study)
+assert_type(ss.load("run.nc"), xr.Dataset)
 assert_type(ss.reference.figures.figure_3(), Figure)
-assert_type(ss.load_scene("scene.toml"), ss.Scene)
+assert_type(ss.load("scene.toml").scene, ss.Scene)
 """
 
 WRONG = {
-    "ss.simulate(scene, start)": "Missing positional argument",
-    'ss.simulate(scene, start, 0.6, method="modl")': "incompatible type",
+    "ss.simulate(scene, start)": "incompatible type",
+    'ss.simulate(scene, 0.6, start, method="modl")': "incompatible type",
     "run.duratoin": "has no attribute",
     "scene.friction = 3.0": "has no attribute",
     "cycle.period = 3.0": "read-only",

@@ -52,9 +52,9 @@ def page(document):
         branches.data = {"xs": list(upper.real), "ys": list(np.abs(upper) / (2.0 * np.pi))}
         modes = ss.complex_modes(scene).eigenvalues
         markers.data = {"x": modes.real, "y": np.abs(modes) / (2.0 * np.pi)}
-        start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+        start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
         try:
-            cycle = ss.simulate(scene, start, 0.6).limit_cycle(3.0, time_limit=0.15)
+            cycle = ss.simulate(scene, 0.6, start).limit_cycle(3.0, time_limit=0.15)
         except ss.errors.NotPeriodicError:
             cycle = None
         if cycle is not None:

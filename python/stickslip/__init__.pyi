@@ -13,9 +13,8 @@ from .energy.modal import modal_energy
 from .energy.selection import mode_selection
 from .errors import InputError, RunError, StickslipError
 from .explorer import explore
-from .files.case import Case, load_case, load_scene, save
-from .files.dataset_file import read_dataset, write_dataset
-from .files.study_file import study_of
+from .files.case import Case
+from .files.saved import load, save
 from .locus.critical import critical_points, hopf_points
 from .locus.sensitivity import entry_sensitivity, sensitivity
 from .locus.stability import stability
@@ -29,11 +28,11 @@ from .report import write_report
 from .scene import models
 from .scene.contact import Contact
 from .scene.laws import friction
-from .scene.laws.damping import Proportional
-from .scene.loads.in_time import Harmonic, Steps
-from .scene.reduction import reduce
+from .scene.laws.damping import Rayleigh
+from .scene.loads.in_time import Harmonic, Switched
+from .scene.reduction import equations_of
 from .scene.scene import Scene
-from .scene.state import State, sliding_equilibrium
+from .scene.state import State, steady_sliding
 from .study import Study
 from .transient.batch import simulate_many
 from .transient.simulate import simulate
@@ -49,13 +48,13 @@ __all__ = [
     "Harmonic",
     "InputError",
     "Modes",
-    "Proportional",
+    "Rayleigh",
     "RunError",
     "Scene",
     "State",
-    "Steps",
     "StickslipError",
     "Study",
+    "Switched",
     "Trajectory",
     "__version__",
     "basins",
@@ -65,6 +64,7 @@ __all__ = [
     "critical_points",
     "disturbed_sliding",
     "entry_sensitivity",
+    "equations_of",
     "errors",
     "explore",
     "fe",
@@ -72,29 +72,24 @@ __all__ = [
     "frequency_response",
     "friction",
     "hopf_points",
-    "load_case",
-    "load_scene",
+    "load",
     "modal_energy",
     "mode_power",
     "mode_selection",
     "models",
     "modes",
     "plot",
-    "read_dataset",
-    "reduce",
     "reference",
     "save",
     "sensitivity",
     "simulate",
     "simulate_many",
-    "sliding_equilibrium",
     "stability",
     "status_table",
+    "steady_sliding",
     "study",
-    "study_of",
     "sweep",
     "trace_branch",
     "types",
-    "write_dataset",
     "write_report",
 ]

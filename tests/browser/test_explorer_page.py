@@ -72,9 +72,9 @@ def shown_is_true(page):
         slider_speed=[values["slider_speed_0"], values["slider_speed_1"]],
         damping=values["damping"],
     )
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     try:
-        cycle = ss.simulate(scene, start, page.evaluate("state.motion.way.end")).limit_cycle(3.0)
+        cycle = ss.simulate(scene, page.evaluate("state.motion.way.end"), start).limit_cycle(3.0)
     except ss.errors.NotPeriodicError:
         assert page.evaluate("state.motion.cycle") is None
         return

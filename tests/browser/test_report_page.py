@@ -252,8 +252,8 @@ def test_the_slider_moves_every_panel(opened):
         assert np.mean(np.abs(after - before[name]) > 40) > 0.002, name
     # What is shown is the limit cycle at that value.
     scene = ss.models.two_subsystems(friction=values[first + 6])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    period = ss.simulate(scene, start, 0.6).limit_cycle().period
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    period = ss.simulate(scene, 0.6, start).limit_cycle().period
     shown = page.evaluate("scene.pictures[scene.report.at()].cycle.period")
     assert shown == pytest.approx(period, rel=1e-9)
 

@@ -72,7 +72,7 @@ def test_a_motion_that_was_followed_too_short_has_no_answer(brake):
 
 
 def test_init_writes_the_published_model_with_comments(brake):
-    case = ss.load_case(brake)
+    case = ss.load(brake)
     defaults = ss.models.two_subsystems()
     assert (case.scene.stiffness != defaults.stiffness).nnz == 0
     assert np.array_equal(case.scene.force, defaults.force)
@@ -87,7 +87,7 @@ def test_init_writes_the_published_model_with_comments(brake):
 def test_the_oscillator_sticks_and_slips(tmp_path):
     path = tmp_path / "belt.toml"
     run("init", path, "--model", "oscillator")
-    motion = ss.load_case(path).simulate()
+    motion = ss.load(path).simulate()
     # The spring pulls with static friction after 0.5 N / 100 N/m / 0.1 m/s.
     assert motion.events.time[0] == pytest.approx(0.5 * 10.0 / 100.0 / 0.1, rel=1e-14)
     assert set(motion.events.kind) == {"slip+", "velocity"}
@@ -103,7 +103,7 @@ def test_modes(brake):
     frequency = np.unique(np.round(record["data_vars"]["frequency"]["data"], 2))
     assert frequency[0] == pytest.approx(130.46, abs=0.01)
     rows = list(csv.DictReader(io.StringIO(run("modes", brake, "--csv").stdout)))
-    modes = ss.complex_modes(ss.load_scene(brake))
+    modes = ss.complex_modes(ss.load(brake).scene)
     assert [float(row["eigenvalue_real"]) for row in rows] == modes.eigenvalues.real.tolist()
     assert [float(row["shape_imag_x3"]) for row in rows] == modes.shapes[2].imag.tolist()
     table = run("modes", brake, "--all").stdout
@@ -130,8 +130,8 @@ def test_sweep(brake, tmp_path):
     printed = run("sweep", brake, "-o", tmp_path / "loci.nc", "--plot", tmp_path / "loci.svg").stdout
     assert "301 scenes over friction: 71 stable, 230 unstable" in printed
     assert "0.701567173085" in printed
-    branches = ss.sweep(ss.load_case(brake).model, friction=np.linspace(0.0, 3.0, 301))
-    found = ss.read_dataset(tmp_path / "loci.nc")
+    branches = ss.sweep(ss.load(brake).model, friction=np.linspace(0.0, 3.0, 301))
+    found = ss.load(tmp_path / "loci.nc")
     assert found.eigenvalue.values.tobytes() == branches.eigenvalue.values.tobytes()
     assert found.eigenvalue.attrs["units"] == "1/s"
     assert "<svg" in (tmp_path / "loci.svg").read_text()
@@ -167,19 +167,19 @@ def test_a_sweep_over_two_parameters_draws_where_sliding_is_stable(brake, tmp_pa
 def test_a_run_starts_and_is_computed_as_the_options_say(brake, tmp_path):
     belt, target = tmp_path / "belt.toml", tmp_path / "run.nc"
     run("init", belt, "--model", "oscillator")
-    scene = ss.load_scene(brake)
-    start = ss.sliding_equilibrium(scene).perturbed({"x4": 1e-6}, {"x1": 2e-3, "x2": 1e-3})
+    scene = ss.load(brake).scene
+    start = ss.steady_sliding(scene).perturbed({"x4": 1e-6}, {"x1": 2e-3, "x2": 1e-3})
     given = ("--start", "position.x4=1e-6", "--start", "velocity.x1=2e-3", "--start", "velocity.x2=1e-3")
     refused = run("simulate", brake, *given, "--duration", 0.05, code=2)
     # It lifts the contact mass off its slider: the start is the one that was asked for, and checked.
     assert "position: contact 0" in refused.stderr
     with pytest.raises(ss.InputError, match="position: contact 0"):
-        ss.simulate(scene, start, 0.05)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 2e-3, "x2": 1e-3})
+        ss.simulate(scene, 0.05, start)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 2e-3, "x2": 1e-3})
     for method in ("modal", "taylor"):
         run("simulate", brake, *given[2:], "--duration", 0.05, "--method", method, "-o", target)
-        expected = ss.simulate(scene, start, 0.05, method=method).to_dataset()
-        xr.testing.assert_identical(ss.read_dataset(target), expected)
+        expected = ss.simulate(scene, 0.05, start, method=method).to_dataset()
+        xr.testing.assert_identical(ss.load(target), expected)
     # With a combination, position and velocity are the start itself: with the belt, from rest of the spring.
     stuck = ("-c", "s", "--start", "velocity.along=0.1", "--start", "position.along=0.01")
     printed = run("simulate", belt, *stuck, "--csv", "--events").stdout
@@ -198,7 +198,7 @@ def test_tables_say_what_is_missing_and_what_kinds_mean(brake, tmp_path):
     assert "Critical points: none" in run("sweep", brake, "--over", "friction=0:0.1:3").stdout
     printed = run("simulate", brake).stdout
     assert re.search(r"velocity +│ +the slip velocity reaches zero", printed)
-    assert set(KINDS) >= set(ss.load_case(brake).simulate().events.kind.tolist())
+    assert set(KINDS) >= set(ss.load(brake).simulate().events.kind.tolist())
 
 
 def test_an_undamped_mode_is_marginal(brake):
@@ -214,7 +214,7 @@ def test_no_zero_has_a_minus_sign(tmp_path):
     scene = ss.Scene([1.0, 1.0], np.diag([100.0, 1e4]), force=[0.0, -10.0], contacts=[contact])
     path = tmp_path / "free.toml"
     ss.save(scene, path)
-    modes, motion = ss.complex_modes(scene), ss.simulate(scene, ss.sliding_equilibrium(scene), 1.0)
+    modes, motion = ss.complex_modes(scene), ss.simulate(scene, 1.0, ss.steady_sliding(scene))
     assert np.signbit(modes.damping_ratios).all()
     assert not modes.damping_ratios.any()
     balance = replace(motion.balance(), damping=-0.0, residual=-0.0)
@@ -232,8 +232,8 @@ def test_files_without_a_run_or_a_study_need_options(brake, tmp_path):
     bare, belt = tmp_path / "bare.toml", tmp_path / "belt.toml"
     # The head of the file says what may be left out: all but the name of the model.
     bare.write_text('[model]\nname = "two_subsystems"\n')
-    scene = ss.load_scene(bare)
-    assert (scene.stiffness != ss.load_scene(brake).stiffness).nnz == 0
+    scene = ss.load(bare).scene
+    assert (scene.stiffness != ss.load(brake).scene.stiffness).nnz == 0
     for verb in ("simulate", "cycle"):
         assert "no duration in [run]; say --duration" in run(verb, bare, code=2).stderr
     run("simulate", bare, "--duration", 0.01)
@@ -248,8 +248,8 @@ def test_simulate(brake, tmp_path):
     printed = run("simulate", brake, "-o", tmp_path / "run.nc", "--plot", tmp_path / "run.pdf").stdout
     assert "0 to 0.6 s, stopped by duration" in printed
     assert "Events 301 to 312" in printed
-    motion = ss.load_case(brake).simulate()
-    found = ss.read_dataset(tmp_path / "run.nc")
+    motion = ss.load(brake).simulate()
+    found = ss.load(tmp_path / "run.nc")
     xr.testing.assert_identical(found, motion.to_dataset())
     assert (tmp_path / "run.pdf").read_bytes().startswith(b"%PDF")
     rows = list(csv.DictReader(io.StringIO(run("simulate", brake, "--samples", "11", "--csv").stdout)))
@@ -266,8 +266,8 @@ def test_cycle(brake, tmp_path):
     printed = run("cycle", brake, "-o", tmp_path / "cycle.json").stdout
     for fact in ("period +8.90849261 ms", "main line +112.252 Hz", "stability +stable"):
         assert re.search(fact, printed)
-    cycle = ss.load_case(brake).simulate().limit_cycle()
-    found = ss.read_dataset(tmp_path / "cycle.json")
+    cycle = ss.load(brake).simulate().limit_cycle()
+    found = ss.load(tmp_path / "cycle.json")
     assert found.attrs["period"] == cycle.period
     assert found.multiplier.values.tobytes() == cycle.multipliers.tobytes()
     assert found.combination.values.tolist() == list(cycle.combinations)
@@ -341,7 +341,7 @@ def test_wrong_usage_exits_with_2_and_says_why(brake, tmp_path, monkeypatch, arg
 
 
 def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_path, monkeypatch):
-    partial = ss.load_case(brake).simulate(duration=0.1)
+    partial = ss.load(brake).simulate(duration=0.1)
 
     def stopped(case, **changes):
         raise ss.RunError("contact 0 changes status without end at one instant", partial)
@@ -349,7 +349,7 @@ def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_
     monkeypatch.setattr(ss.Case, "simulate", stopped)
     result = run("simulate", brake, "-o", tmp_path / "part.nc", code=3)
     assert "changes status without end" in result.stderr
-    assert ss.read_dataset(tmp_path / "part.nc").attrs["duration"] == 0.1
+    assert ss.load(tmp_path / "part.nc").attrs["duration"] == 0.1
 
 
 @pytest.mark.slow
@@ -360,7 +360,7 @@ def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_pat
     result = run("simulate", brake, "--duration", "1e7", "-o", target, "--csv", "--samples", "2", code=130)
     interrupt.join()
     assert "interrupted" in result.stderr
-    assert 0.0 < ss.read_dataset(target).attrs["duration"] < 1e7
+    assert 0.0 < ss.load(target).attrs["duration"] < 1e7
 
 
 @pytest.mark.slow
@@ -401,8 +401,8 @@ def test_study(brake, tmp_path):
     """What it prints, writes and draws is what `ss.Study` gives."""
     data, drawn = tmp_path / "study.nc", tmp_path / "study.svg"
     printed = run("study", brake, "--samples", 400, "-o", data, "--plot", drawn).stdout
-    found = ss.read_dataset(data)
-    table = ss.load_case(brake).study["parameters"]
+    found = ss.load(data)
+    table = ss.load(brake).study["parameters"]
     law = stats.uniform(0.3, 2.2)
     assert table["friction"] == {"uniform": [0.3, 2.5]}
     expected = ss.Study(
@@ -448,8 +448,8 @@ def test_study_of_motions_goes_on_in_its_store(brake, tmp_path):
     assert "samples" in run(*given, *asked, "--samples", 2, code=2).stderr
     assert record["data_vars"]["attractor"]["data"] == ["equilibrium", "cycle"]
     scene = ss.models.two_subsystems(friction=1.5, damping=2e-4)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    cycle = ss.simulate(scene, start, duration=0.2).limit_cycle(2.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, 0.2, start).limit_cycle(2.0)
     assert record["data_vars"]["period"]["data"][1] == pytest.approx(cycle.period, rel=1e-9)
     assert json.loads(run(*given, *asked, "--json").stdout) == record
     refused = run(*given, *asked, "--json", "--seed", 3, code=2)
@@ -468,7 +468,7 @@ def test_a_study_that_is_interrupted_exits_with_130_and_writes_what_it_has(brake
     asked = ("--ask", "events", "--samples", 1000, "--duration", 0.01, "-o", target)
     result = run("study", brake, *asked, "--over", "friction={uniform=[0.3,2.5]}", code=130)
     assert "interrupted" in result.stderr
-    left = ss.read_dataset(target).status == "pending"
+    left = ss.load(target).status == "pending"
     assert 256 <= (~left).sum() < 1000
     assert left[-1]
 

@@ -11,7 +11,7 @@ def scene_file(folder):
     floor = ss.Contact(tangential="x", normal="y", friction=0.2, slider_vibration=ss.Harmonic(0.1, 0.05))
     loads = [
         ss.Harmonic({"x": 1.0}, frequency=0.8 / (2.0 * np.pi), name="shaker"),
-        ss.Steps({"x": 0.1}, times=[5.0], values=[0.0, 1.0]),
+        ss.Switched({"x": 0.1}, times=[5.0], values=[0.0, 1.0]),
     ]
     scene = ss.Scene([1.0, 1.0], np.eye(2), force=[0.0, -1.0], contacts=[floor], dofs=["x", "y"], loads=loads)
     start = {"position": [0.0, 0.0], "velocity": [0.0, 0.0], "combination": "+"}

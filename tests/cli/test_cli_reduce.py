@@ -25,7 +25,7 @@ def test_the_reduced_scene_is_written(scene_file, tmp_path):
     shown = CliRunner().invoke(main, ["reduce", str(path), *options])
     assert shown.exit_code == 0, shown.output
     assert "60 dofs, 6 contacts" in shown.output
-    small = ss.load_scene(tmp_path / "small.toml")
+    small = ss.load(tmp_path / "small.toml").scene
     expected = ss.fe.reduce(scene, (1e3, 60e3), modes=20).scene
     assert small.dofs == expected.dofs
     found, wanted = (ss.complex_modes(one).eigenvalues for one in (small, expected))

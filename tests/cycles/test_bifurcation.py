@@ -11,7 +11,7 @@ EPSILON = np.finfo(float).eps
 
 def cycle_at(friction, slider_speed=0.025):
     scene = ss.models.two_subsystems(friction=friction, slider_speed=slider_speed)
-    return ss.simulate(scene, ss.disturbed_sliding(scene), 0.6).limit_cycle()
+    return ss.simulate(scene, 0.6, ss.disturbed_sliding(scene)).limit_cycle()
 
 
 def block(speed=0.1, stiffness_damping=1e-4):
@@ -19,7 +19,7 @@ def block(speed=0.1, stiffness_damping=1e-4):
     return ss.Scene(
         [1.0, 1.0],
         np.diag([1e4, 1e4]),
-        damping=ss.Proportional(stiffness=stiffness_damping),
+        damping=ss.Rayleigh(stiffness=stiffness_damping),
         force=[0.0, -100.0],
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.2, static_friction=0.5, slider_speed=speed)],
     )
@@ -81,15 +81,15 @@ def test_events_that_meet_switch_the_sequence():
 
 def test_a_chaotic_motion_says_so():
     scene = ss.models.two_subsystems(friction=1.5, slider_speed=0.2)
-    run = ss.simulate(scene, ss.disturbed_sliding(scene), 0.6)
+    run = ss.simulate(scene, 0.6, ss.disturbed_sliding(scene))
     with pytest.raises(ss.errors.NotPeriodicError, match="Lyapunov") as error:
         run.limit_cycle()
     assert error.value.kind == "chaotic"
     # Against two neighbouring runs: their distance grows by the same rate, from 1e-11 to 1e-5 of the motion.
-    middle = ss.simulate(scene, ss.disturbed_sliding(scene), 5.0).state(5.0)
+    middle = ss.simulate(scene, 5.0, ss.disturbed_sliding(scene)).state(5.0)
     duration = np.log(1e6) / error.value.exponent
     nudged = middle.perturbed(position={"x1": 1e-14})
-    ends = [ss.simulate(scene, start, duration).state(duration).position for start in (middle, nudged)]
+    ends = [ss.simulate(scene, duration, start).state(duration).position for start in (middle, nudged)]
     growth = np.log(np.abs(ends[0] - ends[1]).max() / 1e-14) / duration
     # One sample of a fluctuating rate over 0.6 s.
     assert growth == pytest.approx(error.value.exponent, rel=0.7)
@@ -103,21 +103,21 @@ def two_blocks(stiffness=1e4, link=0.0, *, gap=None):
     return ss.Scene(
         [1.0] * 4,
         matrix,
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, 0.0, -100.0, -100.0],
         contacts=[ss.Contact(tangential=k, normal=k + 2, **laws) for k in (0, 1)],
     )
 
 
 def thrown(scene, first=-0.5, second=-0.5):
-    return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": first, "x2": second})
+    return ss.steady_sliding(scene).perturbed(velocity={"x1": first, "x2": second})
 
 
 def test_a_torus_says_so():
     """Blocks with frequencies in no simple ratio, hardly tied: neither periodic nor chaotic."""
     scene = two_blocks(137.0**2, 10.0)
     with pytest.raises(ss.errors.NotPeriodicError) as error:
-        ss.simulate(scene, thrown(scene), 1.0).limit_cycle()
+        ss.simulate(scene, 1.0, thrown(scene)).limit_cycle()
     assert error.value.kind == "quasi-periodic"
     assert abs(error.value.exponent) <= 3.0 * error.value.error + 1e-2
     assert error.value.error < 1.0
@@ -126,7 +126,7 @@ def test_a_torus_says_so():
 def test_motion_that_does_not_settle_is_not_called_chaotic_at_once():
     """Friction 3 at 0.046 m/s wanders for seconds: the verdict comes with the error of the rate."""
     scene = ss.models.two_subsystems(friction=3.0, slider_speed=0.046)
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     with pytest.raises(ss.errors.NotPeriodicError, match="follow it longer") as error:
         run.limit_cycle(5.0)
     assert error.value.kind in ("undecided", "unsettled")
@@ -136,7 +136,7 @@ def test_motion_that_does_not_settle_is_not_called_chaotic_at_once():
 
 def test_growth_before_any_event_is_not_chaos():
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-12}), 0.3)
+    run = ss.simulate(scene, 0.3, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-12}))
     assert run.events.time.size == 0
     with pytest.raises(ss.errors.NotPeriodicError) as error:
         run.limit_cycle(0.0)
@@ -148,13 +148,11 @@ def test_growth_before_any_event_is_not_chaos():
 def test_events_that_always_coincide():
     """Equal blocks thrown alike slip and stick together; their orbit is that of one, twice."""
     scene = two_blocks(link=2e3)
-    cycle = ss.simulate(scene, thrown(scene), 2.0).limit_cycle()
+    cycle = ss.simulate(scene, 2.0, thrown(scene)).limit_cycle()
     lasting = [phase.combination for phase in cycle.phases if phase.duration > 1e-9 * cycle.period]
     assert lasting == ["++", "ss"]
     alone = block()
-    single = ss.simulate(
-        alone, ss.sliding_equilibrium(alone).perturbed(velocity={"x1": -0.5}), 2.0
-    ).limit_cycle()
+    single = ss.simulate(alone, 2.0, ss.steady_sliding(alone).perturbed(velocity={"x1": -0.5})).limit_cycle()
     assert cycle.period == pytest.approx(single.period, rel=1e-9)
     assert_multipliers(cycle, 1e-5)
 
@@ -165,7 +163,7 @@ def test_stick_slip_in_closed_form():
     amplitude = (0.5 - 0.2) * 100.0 / stiffness
     period = 2.0 * amplitude / speed + 2.0 / omega * (np.pi - np.arctan(amplitude * omega / speed))
     scene = block(stiffness_damping=0.0)
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5}), 1.0)
+    run = ss.simulate(scene, 1.0, ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5}))
     cycle = run.limit_cycle()
     assert cycle.period == pytest.approx(period, rel=32 * EPSILON)
     assert cycle.combinations == ("+", "s")
@@ -181,7 +179,7 @@ def test_coexisting_attractors_and_their_basins():
     scene = block()
     found = ss.basins(
         scene,
-        ss.sliding_equilibrium(scene),
+        ss.steady_sliding(scene),
         position={"x1": [0.0, 5e-4]},
         velocity={"x1": [-0.5, -0.02, 0.0]},
     )
@@ -199,7 +197,7 @@ def loaded_block(speed=0.1):
     return ss.Scene(
         [1.0, 0.3, 1.0],
         stiffness,
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, 0.0, -100.0],
         contacts=[contact],
     )
@@ -209,7 +207,7 @@ def test_a_fold_of_a_bi_stable_scene():
     """Stick-slip beside stable sliding; the branch turns back at a fold and goes on unstable."""
     scene = loaded_block()
     assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5}), 2.0)
+    run = ss.simulate(scene, 2.0, ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5}))
     cycle = run.limit_cycle(3.0)
     branch = ss.trace_branch(cycle, slider_speed=(0.1, 0.05), points=150)
     (fold,) = branch.folds
@@ -244,7 +242,7 @@ def test_a_fold_of_a_bi_stable_scene():
 def test_hysteresis_over_slider_speed():
     """Stick-slip lives on above the speed from which small motions no longer start it."""
     speeds = np.linspace(0.05, 1.0, 12)
-    moving = lambda scene: ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5})  # noqa: E731
+    moving = lambda scene: ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5})  # noqa: E731
     up = ss.bifurcation(block(), slider_speed=speeds, follow=True, start=moving)
     down = ss.bifurcation(block(), slider_speed=speeds[::-1], follow=True)
     kinds_up, kinds_down = up.data.kind.to_numpy(), down.data.kind.to_numpy()[::-1]
@@ -276,7 +274,7 @@ def test_ill_posed_diagrams(arguments, message):
 def test_ill_posed_basins_and_branches():
     scene = block()
     with pytest.raises(ss.InputError, match="expected two axes"):
-        ss.basins(scene, ss.sliding_equilibrium(scene), velocity={"x1": [0.0]})
+        ss.basins(scene, ss.steady_sliding(scene), velocity={"x1": [0.0]})
     cycle = cycle_at(1.5)
     with pytest.raises(ss.InputError, match="begin, end"):
         ss.branch_points(cycle, friction=(1.5, 1.5))

@@ -12,7 +12,7 @@ import stickslip as ss
 @pytest.fixture(scope="module")
 def cycle(standard):
     """The last period of 3 s; the transient dies by 0.784 per period and has reached rounding."""
-    run = ss.simulate(standard.scene, standard.start, 3.0)
+    run = ss.simulate(standard.scene, 3.0, standard.start)
     time = run.events.time
     period = run.limit_cycle(further=0.0).period
     first = int(np.argmin(np.abs(time[-1] - period - time)))
@@ -27,7 +27,7 @@ def balance(cycle):
 @pytest.fixture(scope="module")
 def orbit(standard):
     """The same cycle, refined to rounding."""
-    return ss.simulate(standard.scene, standard.start, standard.duration).limit_cycle()
+    return ss.simulate(standard.scene, standard.duration, standard.start).limit_cycle()
 
 
 def test_what_flows_in_flows_out(cycle, balance):

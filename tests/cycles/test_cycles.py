@@ -15,8 +15,8 @@ EPSILON = np.finfo(float).eps
 
 def settled(friction=1.5, slider_speed=0.025, duration=0.6, velocity=None):
     scene = ss.models.two_subsystems(friction=friction, slider_speed=slider_speed)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=velocity or {"x1": 1e-3})
-    return ss.simulate(scene, start, duration).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity=velocity or {"x1": 1e-3})
+    return ss.simulate(scene, duration, start).limit_cycle()
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_multipliers_of_the_standard_run(cycle):
 
 
 def test_a_run_from_the_orbit_stays_on_it(cycle):
-    run = ss.simulate(cycle.scene, cycle.run.state(0.5 * cycle.durations[0]), cycle.period)
+    run = ss.simulate(cycle.scene, cycle.period, cycle.run.state(0.5 * cycle.durations[0]))
     first, last = run.state(0.0), run.state(run.duration)
     spread = float(cycle.amplitude.max())
     # The largest entries of the monodromy matrix carry rounding of the positions once around.
@@ -85,7 +85,7 @@ def test_decaying_motion_is_an_equilibrium():
 
 def test_a_run_too_short_says_so():
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.12)
+    run = ss.simulate(scene, 0.12, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     with pytest.raises(ss.errors.NotPeriodicError) as error:
         run.limit_cycle(further=0.0)
     # Its only event comes near the end: what neighbours do on the attractor is not known.
@@ -104,8 +104,8 @@ def test_a_search_shows_how_much_motion_it_has_followed(cycle, monkeypatch):
         told.append(done())
 
     monkeypatch.setattr("stickslip.transient.trajectory.watched", looked)
-    start = ss.sliding_equilibrium(cycle.scene).perturbed(velocity={"x1": 1e-3})
-    run = ss.simulate(cycle.scene, start, 0.12)
+    start = ss.steady_sliding(cycle.scene).perturbed(velocity={"x1": 1e-3})
+    run = ss.simulate(cycle.scene, 0.12, start)
     run.limit_cycle(progress=True)
     begin, end = told
     assert begin == (0, 100, "limit cycle, % of `further`", True)
@@ -130,8 +130,8 @@ def test_the_cycle_does_not_depend_on_the_perturbation(shape, size):
     free = ["x1", "x2", "x3", "x5", "x6", "x7"]
     position = {dof: 1e-6 * size * x for dof, x in zip(free, shape[:6], strict=True)}
     velocity = {dof: 1e-2 * size * x for dof, x in zip(free, shape[6:], strict=True)}
-    start = ss.sliding_equilibrium(scene).perturbed(position=position, velocity=velocity)
-    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(position=position, velocity=velocity)
+    cycle = ss.simulate(scene, 0.6, start).limit_cycle()
     assert cycle.period == pytest.approx(8.908492605779e-3, rel=1e-12)
     assert cycle.combinations == ("++", "+d", "++", "s+", "ss", "s+")
 
@@ -187,7 +187,7 @@ def carried(mass, damping, **loads):
         **loads,
     )
     start = ss.State([0.0, 0.0, 0.0], [0.05 if mass else 0.0, 0.1, 0.0], "s")
-    return ss.simulate(scene, start, 100.0).limit_cycle()
+    return ss.simulate(scene, 100.0, start).limit_cycle()
 
 
 def test_fourier_coefficients_of_a_dof_without_mass_against_quadrature():
@@ -197,7 +197,7 @@ def test_fourier_coefficients_of_a_dof_without_mass_against_quadrature():
 
 
 def test_fourier_coefficients_under_a_switched_load_against_quadrature():
-    cycle = carried(0.01, 0.02, loads=[ss.Steps({"x": 0.1}, times=[1.0], values=[0.0, 1.0])])
+    cycle = carried(0.01, 0.02, loads=[ss.Switched({"x": 0.1}, times=[1.0], values=[0.0, 1.0])])
     error = cycle.harmonics(5).coefficient.to_numpy() - quadrature(cycle, 5, fastest=30.0)
     assert np.abs(error).max() <= 1e-14
 

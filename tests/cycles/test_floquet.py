@@ -8,11 +8,11 @@ from return_map import assert_multipliers, differenced_multipliers
 
 
 def kicked(scene):
-    return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    return ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 
 
 def settled(scene, method="auto"):
-    return ss.simulate(scene, kicked(scene), 0.6, method=method).limit_cycle(method=method)
+    return ss.simulate(scene, 0.6, kicked(scene), method=method).limit_cycle(method=method)
 
 
 def two_subsystems(coupling=0.0, *, impact_friction=False, **laws):

@@ -28,7 +28,7 @@ START = ss.State([0.0, 0.0], [1e-3, 0.0], "-")
 
 @pytest.fixture(scope="module")
 def cycle():
-    return ss.simulate(belt(), START, 400.0).limit_cycle()
+    return ss.simulate(belt(), 400.0, START).limit_cycle()
 
 
 def test_the_period_is_that_of_the_load(cycle):
@@ -41,7 +41,7 @@ def test_the_period_is_that_of_the_load(cycle):
 
 def test_the_orbit_begins_with_the_load(cycle):
     """Its first state, run as a scene does from time 0, comes back after a period."""
-    run = ss.simulate(cycle.scene, cycle.run.state(0.0), 3.0 * cycle.period)
+    run = ss.simulate(cycle.scene, 3.0 * cycle.period, cycle.run.state(0.0))
     for periods in (1, 2, 3):
         state = run.state(periods * cycle.period)
         assert state.position == pytest.approx(cycle.run.state(0.0).position, abs=1e-12)
@@ -57,7 +57,7 @@ def test_multipliers_are_those_of_differences_of_runs(cycle):
         for sign in (1.0, -1.0):
             shift = np.zeros(2)
             shift[which] = sign * step
-            run = ss.simulate(cycle.scene, start.perturbed(**{kind: shift}), cycle.period)
+            run = ss.simulate(cycle.scene, cycle.period, start.perturbed(**{kind: shift}))
             end = run.state(cycle.period)
             ends.append(np.array([end.position[0], end.velocity[0]]))
         columns.append((ends[0] - ends[1]) / (2.0 * step))
@@ -70,7 +70,7 @@ def test_multipliers_are_those_of_differences_of_runs(cycle):
 
 def test_without_friction_the_orbit_is_the_linear_answer():
     scene = belt(friction=0.0, damping=0.1)
-    cycle = ss.simulate(scene, START, 300.0).limit_cycle()
+    cycle = ss.simulate(scene, 300.0, START).limit_cycle()
     linear = 1.0 / abs(1.0 - 0.8**2 + 0.8j * 0.1)
     assert cycle.amplitude.to_numpy()[0] == pytest.approx(linear, rel=1e-12)
     coefficients = cycle.harmonics(3).amplitude.to_numpy()[:, 0]
@@ -110,7 +110,7 @@ def test_two_loads_have_the_period_of_both():
     base = belt(friction=0.1, damping=0.1)
     second = ss.Harmonic({"x": 0.5}, frequency=1.5 * base.loads[0].frequency, phase=0.4)
     scene = base.replace(loads=[*base.loads, second])
-    cycle = ss.simulate(scene, START, 600.0).limit_cycle()
+    cycle = ss.simulate(scene, 600.0, START).limit_cycle()
     assert cycle.period == pytest.approx(2.0 / base.loads[0].frequency, rel=1e-14)
     assert cycle.load_periods == 1
     assert cycle.stable
@@ -119,7 +119,7 @@ def test_two_loads_have_the_period_of_both():
 def test_loads_without_a_common_period_are_named():
     base = belt()
     second = ss.Harmonic({"x": 0.5}, frequency=np.sqrt(2.0) * base.loads[0].frequency)
-    run = ss.simulate(base.replace(loads=[*base.loads, second]), START, 50.0)
+    run = ss.simulate(base.replace(loads=[*base.loads, second]), 50.0, START)
     with pytest.raises(ss.InputError, match="have no common period"):
         run.limit_cycle()
 
@@ -127,24 +127,24 @@ def test_loads_without_a_common_period_are_named():
 def test_what_always_sticks_is_an_orbit_of_one_phase():
     plate = ss.Contact(tangential="x", normal="y", friction=0.5, slider_vibration=ss.Harmonic(0.1, 1.0))
     scene = ss.Scene([1.0, 1.0], np.zeros((2, 2)), force=[0.0, -10.0], contacts=[plate], dofs=["x", "y"])
-    cycle = ss.simulate(scene, ss.State([0.0, 0.0], [0.1, 0.0], "s"), 20.0).limit_cycle()
+    cycle = ss.simulate(scene, 20.0, ss.State([0.0, 0.0], [0.1, 0.0], "s")).limit_cycle()
     assert cycle.combinations == ("s",)
     assert cycle.amplitude.to_numpy()[0] == pytest.approx(0.1 / (2.0 * np.pi), rel=1e-12)
 
 
 def test_a_switched_load_keeps_its_last_value():
     base = belt(friction=0.1, damping=0.2)
-    offset = ss.Steps({"x": 0.3}, times=[5.0, 11.0], values=[0.0, -1.0, 1.0])
-    cycle = ss.simulate(base.replace(loads=[*base.loads, offset]), START, 400.0).limit_cycle()
-    shifted = ss.simulate(base.replace(force=[0.3, -1.0]), START, 400.0).limit_cycle()
+    offset = ss.Switched({"x": 0.3}, times=[5.0, 11.0], values=[0.0, -1.0, 1.0])
+    cycle = ss.simulate(base.replace(loads=[*base.loads, offset]), 400.0, START).limit_cycle()
+    shifted = ss.simulate(base.replace(force=[0.3, -1.0]), 400.0, START).limit_cycle()
     assert cycle.maximum.to_numpy() == pytest.approx(shifted.maximum.to_numpy(), rel=1e-11)
     assert cycle.multipliers == pytest.approx(shifted.multipliers, abs=1e-10)
 
 
 def test_rest_after_a_switch_is_found():
-    stop = ss.Steps({"x": 1.0}, times=[3.0], values=[1.0, 0.0])
+    stop = ss.Switched({"x": 1.0}, times=[3.0], values=[1.0, 0.0])
     scene = ss.Scene([1.0], [[1.0]], damping=[[0.5]], dofs=["x"], loads=[stop])
-    run = ss.simulate(scene, ss.State([0.0], [0.0], ""), 100.0)
+    run = ss.simulate(scene, 100.0, ss.State([0.0], [0.0], ""))
     with pytest.raises(ss.RunError, match="equilibrium"):
         run.limit_cycle()
 
@@ -153,10 +153,10 @@ def test_a_branch_over_the_amplitude_and_the_frequency(cycle):
     branch = ss.follow_branch(cycle, shaker_amplitude=[1.0, 1.1, 1.2])
     largest = branch.data.maximum.sel(dof="x").to_numpy()
     assert (np.diff(largest) > 0.0).all()
-    alone = ss.simulate(belt(amplitude=1.2), START, 400.0).limit_cycle()
+    alone = ss.simulate(belt(amplitude=1.2), 400.0, START).limit_cycle()
     assert largest[-1] == pytest.approx(float(alone.maximum.sel(dof="x")), rel=1e-11)
     slower = ss.follow_branch(cycle, shaker_frequency=np.array([0.8, 0.75, 0.7]) / (2.0 * np.pi))
-    alone = ss.simulate(belt(ratio=0.7), START, 400.0).limit_cycle()
+    alone = ss.simulate(belt(ratio=0.7), 400.0, START).limit_cycle()
     assert slower.data.maximum.sel(dof="x").to_numpy()[-1] == pytest.approx(
         float(alone.maximum.sel(dof="x")), rel=1e-11
     )
@@ -220,8 +220,8 @@ def test_a_response_draws_and_keeps_its_numbers(hitting, tmp_path):
     axes = hitting.plot()
     assert axes.get_xlabel().endswith("Hz")
     assert "linear" in {text.get_text() for text in axes.get_legend().get_texts()}
-    ss.write_dataset(hitting.to_dataset(), tmp_path / "response.nc")
-    again = ss.read_dataset(tmp_path / "response.nc")
+    ss.save(hitting.to_dataset(), tmp_path / "response.nc")
+    again = ss.load(tmp_path / "response.nc")
     assert again.response.equals(hitting.data.response)
     assert "orbits" in str(hitting.summary())
     with pytest.raises(ss.InputError, match="no dof 'z'"):
@@ -254,7 +254,7 @@ def test_a_joint_that_never_slips_answers_with_the_period_of_its_load():
     response = ss.frequency_response(joint(20.0), "shaker", frequencies, start=start)
     assert (response.data.load_periods == 1).all()
     for frequency in (17.76, 37.29):
-        cycle = ss.simulate(joint(frequency), start, 20.0).limit_cycle()
+        cycle = ss.simulate(joint(frequency), 20.0, start).limit_cycle()
         assert cycle.load_periods == 1
         assert "contact 0 sticks throughout" in cycle.stability
         rate = 2.0 * np.pi * frequency

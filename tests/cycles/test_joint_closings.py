@@ -13,7 +13,7 @@ from stickslip.cycles.attractors import disturbed_sliding
 
 def settled(restitution, friction=0.6, **controls):
     pad = pad_on_disc(friction, restitution)
-    return ss.simulate(pad, disturbed_sliding(pad), 0.5, **controls)
+    return ss.simulate(pad, 0.5, disturbed_sliding(pad), **controls)
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ def stick_slip(speed: float) -> ss.Cycle:
     """Return the cycle to which a block settles that the belt carries along."""
     scene = block(speed)
     start = ss.State([0.0], [speed], "s", dofs=scene.dofs)
-    return ss.simulate(scene, start, 20.0).limit_cycle()
+    return ss.simulate(scene, 20.0, start).limit_cycle()
 
 
 def touching_speed() -> float:
@@ -95,11 +95,11 @@ def test_sliding_and_stick_slip_coexist(speed):
     assert_multipliers(large, 1e-8, steps=STEPS)
     # From either side of the unstable cycle.
     top = between.run.state(0.0).position[0]
-    rest = ss.sliding_equilibrium(scene).position[0]
+    rest = ss.steady_sliding(scene).position[0]
     ends = {}
     for factor in (0.98, 1.02):
         start = ss.State([rest + factor * (top - rest)], [0.0], "+", dofs=scene.dofs)
-        run = ss.simulate(scene, start, 20.0)
+        run = ss.simulate(scene, 20.0, start)
         try:
             ends[factor] = run.limit_cycle(further=100.0).combinations
         except NotPeriodicError as told:
@@ -116,7 +116,7 @@ def test_calls_over_many_scenes_take_laws():
 
 def test_basins_and_bifurcations_tell_sliding_from_stick_slip():
     scene = block(0.4)
-    sliding = ss.sliding_equilibrium(scene)
+    sliding = ss.steady_sliding(scene)
     found = ss.basins(scene, sliding, velocity={"x": [0.1, 0.39]}, position={"x": [0.0, 0.01]})
     assert found.map.values.tolist() == [[0, 1], [0, 1]]
     assert found.attractors[0] == "equilibrium"
@@ -135,8 +135,8 @@ def test_studies_answer_what_single_calls_do():
         block(0.2), {"slider_speed": [0.2, 0.4]}, outputs=outputs, duration=20.0, velocity={"x": 0.1}
     )
     found = study.run()
-    start = ss.sliding_equilibrium(block(0.2)).perturbed(velocity={"x": 0.1})
-    cycle = ss.simulate(block(0.2), start, 20.0).limit_cycle()
+    start = ss.steady_sliding(block(0.2)).perturbed(velocity={"x": 0.1})
+    cycle = ss.simulate(block(0.2), 20.0, start).limit_cycle()
     assert found.stability.values.tolist() == ["stable", ""]
     assert found.period.values[0] == pytest.approx(cycle.period, rel=1e-12)
     assert found.energy_per_cycle.values[0] == pytest.approx(cycle.balance().damping, rel=1e-9)
@@ -147,8 +147,8 @@ def test_studies_answer_what_single_calls_do():
 def test_a_cycle_through_sticking_and_a_law_shows_the_modes_that_there_are():
     law = Stribeck(1.5, 1.2, 0.1)
     scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, 0.6, start).limit_cycle()
     assert "s+" in cycle.combinations
     assert "s+" not in cycle.modes
     assert "++" in cycle.modes

@@ -45,13 +45,13 @@ def kicked(scene: ss.Scene, speed: float, slope: float = 0.0) -> ss.State:
     velocity = np.zeros(scene.size)
     velocity[0] = speed
     velocity[1:] = slope * speed
-    return ss.sliding_equilibrium(scene).perturbed(velocity=velocity)
+    return ss.steady_sliding(scene).perturbed(velocity=velocity)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_stick_slip_forgets_all_but_its_phase(law):
     scene = block(0.1, law)
-    cycle = ss.simulate(scene, kicked(scene, 0.01), 10.0).limit_cycle()
+    cycle = ss.simulate(scene, 10.0, kicked(scene, 0.01)).limit_cycle()
     assert cycle.combinations == ("+", "s")
     assert cycle.multipliers == pytest.approx([1.0, 0.0], abs=1e-12)
     assert_multipliers(cycle, 1e-8, steps=STEPS)
@@ -61,7 +61,7 @@ def test_stick_slip_forgets_all_but_its_phase(law):
 
 def test_multipliers_of_two_blocks():
     scene = two_blocks()
-    cycle = ss.simulate(scene, kicked(scene, 0.02), 20.0).limit_cycle()
+    cycle = ss.simulate(scene, 20.0, kicked(scene, 0.02)).limit_cycle()
     assert cycle.combinations == ("++", "+s", "++", "s+")
     assert_multipliers(cycle, 1e-8, steps=STEPS)
     assert cycle.stable
@@ -82,7 +82,7 @@ def test_multipliers_of_the_published_model_under_a_law():
         contacts=contacts,
         dofs=base.dofs,
     )
-    cycle = ss.simulate(scene, kicked(scene, 1e-3), 0.6).limit_cycle()
+    cycle = ss.simulate(scene, 0.6, kicked(scene, 1e-3)).limit_cycle()
     assert cycle.combinations == ("++", "+d", "++", "s+", "ss", "s+")
     assert cycle.structural_zeros == 2
     assert_multipliers(cycle, 1e-7)
@@ -97,7 +97,7 @@ def test_a_cycle_without_events_of_coupled_friction_and_pressure(law):
 
     damping = 1.02 * brentq(leading, -0.4, 30.0)
     scene = skew_block(law, damping)
-    cycle = ss.simulate(scene, kicked(scene, 0.1, -0.3), 3.0).closed_cycle()
+    cycle = ss.simulate(scene, 3.0, kicked(scene, 0.1, -0.3)).closed_cycle()
     assert cycle.combinations == ("+",)
     assert not cycle.stable
     assert_multipliers(cycle, 1e-8, steps=STEPS)
@@ -108,7 +108,7 @@ def test_a_cycle_without_events_of_coupled_friction_and_pressure(law):
 def test_orbits_under_loads_in_time(law, speed, amplitude, letters):
     load = ss.Harmonic({"x": amplitude}, frequency=1.2)
     scene = block(speed, law, 2.0, loads=[load])
-    cycle = ss.simulate(scene, ss.sliding_equilibrium(scene), 20.0).limit_cycle()
+    cycle = ss.simulate(scene, 20.0, ss.steady_sliding(scene)).limit_cycle()
     assert "".join(cycle.combinations) == letters
     # At the phase of the loads at which runs begin.
     differenced = differenced_multipliers(cycle, at=0.0, steps=STEPS)
@@ -130,7 +130,7 @@ def test_impacts_rub_by_the_slip_speed_before_them():
             loads=[load],
         )
         start = ss.State([0.0, 0.01], [0.0, 0.0], "d")
-        cycle = ss.simulate(scene, start, 40.0).limit_cycle()
+        cycle = ss.simulate(scene, 40.0, start).limit_cycle()
         assert any(phase.event == "impact" for phase in cycle.phases)
         assert_multipliers(cycle, 1e-7, at=0.0, steps=STEPS)
 
@@ -180,7 +180,7 @@ def test_a_run_settles_to_a_stable_cycle_without_events():
     speeds = np.linspace(0.0, 0.6, 61)
     values = 0.4 - 0.2 * (speeds - 0.3) + 6.0 * (speeds - 0.3) ** 3
     scene = block(0.3, Tabulated(speeds, values), 1.0)
-    run = ss.simulate(scene, kicked(scene, 0.02), 40.0)
+    run = ss.simulate(scene, 40.0, kicked(scene, 0.02))
     assert len(run.events) == 0
     cycle = run.limit_cycle()
     assert cycle.combinations == ("+",)
@@ -197,7 +197,7 @@ def test_a_run_settles_to_a_stable_cycle_without_events():
     "scene", [block(0.2, Linear(0.3, 0.05)), block(0.5), skew_block(Stribeck(0.5, 0.3, 0.1, 0.3))]
 )
 def test_sliding_that_decays_is_an_equilibrium(scene):
-    run = ss.simulate(scene, kicked(scene, 0.05, -0.3), 10.0)
+    run = ss.simulate(scene, 10.0, kicked(scene, 0.05, -0.3))
     with pytest.raises(NotPeriodicError) as told:
         run.limit_cycle()
     assert told.value.kind == "equilibrium"
@@ -207,14 +207,14 @@ def test_uncoupled_blocks_keep_two_phases():
     """Two cycles of their own: the motion does not recur."""
     scene = two_blocks(coupling=0.0)
     with pytest.raises(NotPeriodicError) as told:
-        ss.simulate(scene, kicked(scene, 0.02, 1.0), 20.0).limit_cycle(further=20.0)
+        ss.simulate(scene, 20.0, kicked(scene, 0.02, 1.0)).limit_cycle(further=20.0)
     assert told.value.kind in ("quasi-periodic", "undecided")
 
 
 def test_a_motion_without_anything_that_comes_back_has_no_closed_cycle():
     scene = block(0.5)
     with pytest.raises(OrbitError, match="no event of the motion comes back"):
-        ss.simulate(scene, kicked(scene, 0.05), 0.1).closed_cycle()
+        ss.simulate(scene, 0.1, kicked(scene, 0.05)).closed_cycle()
     with pytest.raises(OrbitError):
         # The only orbit near is steady sliding itself.
-        ss.simulate(scene, kicked(scene, 1e-4), 5.0).closed_cycle()
+        ss.simulate(scene, 5.0, kicked(scene, 1e-4)).closed_cycle()

@@ -19,7 +19,7 @@ def axes():
 
 @pytest.fixture(scope="module")
 def map_of_starts():
-    start = ss.sliding_equilibrium(SCENE)
+    start = ss.steady_sliding(SCENE)
     return ss.basins(SCENE, start, velocity={"x1": [-1e-3, 1e-3]}, over={"friction": [0.5, 0.6, 1.5]})
 
 
@@ -39,8 +39,8 @@ def test_basins_are_drawn_where_they_were_asked(axes, map_of_starts):
 
 
 def test_basins_read_back_are_drawn_alike_and_what_is_missing_is_seen(axes, map_of_starts, tmp_path):
-    ss.write_dataset(map_of_starts.to_dataset(), tmp_path / "basins.nc")
-    again = ss.read_dataset(tmp_path / "basins.nc")
+    ss.save(map_of_starts.to_dataset(), tmp_path / "basins.nc")
+    again = ss.load(tmp_path / "basins.nc")
     again["reached"][0, 0] = -1
     again["reached"][1, 2] = -2
     ss.plot.basins(again, axes)
@@ -60,8 +60,8 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     points = np.concatenate([line.get_xydata() for line in drawn])
     assert sorted(points[:, 0]) == [1.5, 1.52]
     assert points[:, 1].min() == pytest.approx(1e6 * float(largest.max()), rel=0.1)
-    ss.write_dataset(diagram.to_dataset(), tmp_path / "diagram.nc")
-    other = ss.plot.bifurcation(ss.read_dataset(tmp_path / "diagram.nc"), ax=Figure().add_subplot())
+    ss.save(diagram.to_dataset(), tmp_path / "diagram.nc")
+    other = ss.plot.bifurcation(ss.load(tmp_path / "diagram.nc"), ax=Figure().add_subplot())
     assert [line.get_xydata().tolist() for line in other.lines] == [
         line.get_xydata().tolist() for line in axes.lines
     ]

@@ -20,28 +20,28 @@ SEARCH = """
         ss.Contact(tangential=k, normal=k + 2, friction=0.2, static_friction=0.5, slider_speed=0.1)
         for k in (0, 1)
     ]
-    scene = ss.Scene([1.0] * 4, stiffness, damping=ss.Proportional(stiffness=1e-4),
+    scene = ss.Scene([1.0] * 4, stiffness, damping=ss.Rayleigh(stiffness=1e-4),
                      force=[0.0, 0.0, -100.0, -100.0], contacts=contacts)
 
     def start(scene):
         speed = -0.5 if scene.contacts[0].friction > 0.2 else 0.0
-        return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": speed, "x2": speed})
+        return ss.steady_sliding(scene).perturbed(velocity={"x1": speed, "x2": speed})
 
     def diagram(follow):
         ss.bifurcation(scene, friction=[0.15, 0.18, 0.21, 0.22], start=start, follow=follow, limit=1e6)
 
     def basins():
-        start = ss.sliding_equilibrium(scene)
+        start = ss.steady_sliding(scene)
         ss.basins(scene, start, velocity={"x1": [0.0, -0.5], "x2": [0.0, -0.5]}, limit=1e6)
 
     def cycle():
         moving = scene.replace(friction=0.21)
-        ss.simulate(moving, start(moving), 1.0).limit_cycle(1e6)
+        ss.simulate(moving, 1.0, start(moving)).limit_cycle(1e6)
 
     def harmonics():
         published = ss.models.two_subsystems(friction=1.5)
-        disturbed = ss.sliding_equilibrium(published).perturbed(velocity={"x1": 1e-3})
-        found = ss.simulate(published, disturbed, 0.2).limit_cycle()
+        disturbed = ss.steady_sliding(published).perturbed(velocity={"x1": 1e-3})
+        found = ss.simulate(published, 0.2, disturbed).limit_cycle()
         while True:
             found.harmonics(2_000_000)
 

@@ -24,7 +24,7 @@ def pad():
 
 @pytest.fixture(scope="module")
 def cycle(pad):
-    return ss.simulate(pad, disturbed_sliding(pad), 0.5).limit_cycle()
+    return ss.simulate(pad, 0.5, disturbed_sliding(pad)).limit_cycle()
 
 
 def test_searches_agree_where_contacts_strike_in_turn(pad, cycle):
@@ -83,15 +83,15 @@ def symmetric():
     scene = ss.Scene(
         mass=np.tile(one.mass, 2),
         stiffness=np.kron(np.eye(2), one.stiffness.toarray()) + 1e4 * np.outer(tie, tie),
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=np.tile(one.force, 2),
         contacts=[
             ss.Contact(tangential=2 + 4 * i, normal=3 + 4 * i, friction=2.0, slider_speed=0.025)
             for i in (0, 1)
         ],
     )
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3, "x5": 1e-3})
-    return ss.simulate(scene, start, 1.0).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3, "x5": 1e-3})
+    return ss.simulate(scene, 1.0, start).limit_cycle()
 
 
 def test_stability_that_is_not_known_is_a_third_answer(symmetric):
@@ -139,14 +139,14 @@ def test_neighbours_that_have_met_are_told_without_an_infinite_exponent():
 
 def test_a_scene_without_contacts_says_so():
     scene = ss.Scene(mass=[1.0, 1.0], stiffness=np.diag([100.0, 200.0]))
-    run = ss.simulate(scene, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs), 1.0)
+    run = ss.simulate(scene, 1.0, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs))
     with pytest.raises(ss.errors.NotPeriodicError, match="followed too short") as caught:
         run.limit_cycle(further=2.0)
     assert "nan" not in str(caught.value)
 
 
 def test_a_search_ends_with_its_time_limit_and_tells_what_it_knows(pad):
-    run = ss.simulate(pad, disturbed_sliding(pad), 0.02)
+    run = ss.simulate(pad, 0.02, disturbed_sliding(pad))
     with pytest.raises(
         ss.errors.NotPeriodicError, match=r"the time limit of computing, 1e-09 s, was reached"
     ) as stopped:
@@ -173,7 +173,7 @@ def test_a_disturbance_from_the_modes_of_a_band():
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, np.inf, np.nan])
 def test_an_ill_posed_time_limit_of_a_search(pad, limit):
-    run = ss.simulate(pad, disturbed_sliding(pad), 1e-3)
+    run = ss.simulate(pad, 1e-3, disturbed_sliding(pad))
     with pytest.raises(ss.InputError, match=r"^time_limit: "):
         run.limit_cycle(time_limit=limit)
 
@@ -182,7 +182,7 @@ def test_an_ill_posed_time_limit_of_a_search(pad, limit):
 def test_a_search_follows_a_motion_for_as_many_periods_in_any_unit_of_time(rate):
     """0.16 Hz and 16 kHz: the same motion, of which ten times the part computed are followed."""
     scene = mode_coupling(rate)
-    cycle = ss.simulate(scene, disturbed_sliding(scene), 40.0 / rate).limit_cycle()
+    cycle = ss.simulate(scene, 40.0 / rate, disturbed_sliding(scene)).limit_cycle()
     # The period of the orbit that DOP853 closes to 1.8e-12.
     assert cycle.period == pytest.approx(6.29102074 / rate, rel=1e-8)
     assert cycle.stable
@@ -190,7 +190,7 @@ def test_a_search_follows_a_motion_for_as_many_periods_in_any_unit_of_time(rate)
 
 def test_a_motion_in_exact_steady_sliding_is_told_how_to_leave_it():
     scene = mode_coupling()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 40.0)
+    run = ss.simulate(scene, 40.0, ss.steady_sliding(scene))
     with pytest.raises(ss.errors.NotPeriodicError, match="unless the start is disturbed") as caught:
         run.limit_cycle()
     assert "give further, or a longer duration" in str(caught.value)

@@ -10,7 +10,7 @@ import stickslip as ss
 
 @pytest.fixture(scope="module")
 def run(standard):
-    return ss.simulate(standard.scene, standard.start, standard.duration)
+    return ss.simulate(standard.scene, standard.duration, standard.start)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_energy_history_of_a_cycle(cycle):
 def test_every_flow_has_a_colour_of_its_own():
     """Of the cycle at friction 1.5, whose contact 1 lifts off and strikes."""
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     balance = run.limit_cycle().balance()
     assert balance.impact_loss > 0.0
     axes = ss.plot.energy_flow(balance).axes[0]

@@ -16,7 +16,7 @@ EPS = np.finfo(float).eps
 COMBINATIONS = ["".join(pair) for pair in itertools.product("+-sd", repeat=2)]
 
 
-@pytest.mark.parametrize("damping", [None, ss.Proportional(0.3, 2e-4), np.diag([1.0, 2.0, 3.0])])
+@pytest.mark.parametrize("damping", [None, ss.Rayleigh(0.3, 2e-4), np.diag([1.0, 2.0, 3.0])])
 @pytest.mark.parametrize("mass", [[1.0, 2.0, 3.0], [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 1.0]]])
 def test_the_matrices_of_a_scene_come_back_from_the_core(mass, damping):
     stiffness = np.array([[4.0, -1.0, 0.0], [-1.0, 3.0, 0.5], [0.0, 0.5, 2.0]])
@@ -24,7 +24,7 @@ def test_the_matrices_of_a_scene_come_back_from_the_core(mass, damping):
     scene = ss.Scene(mass, stiffness, damping, [1.0, 2.0, 3.0], [sideways])
     full = np.array(mass) if np.ndim(mass) == 2 else np.diag(mass)
     given = np.zeros((3, 3)) if damping is None else damping
-    viscous = 0.3 * full + 2e-4 * stiffness if isinstance(damping, ss.Proportional) else given
+    viscous = 0.3 * full + 2e-4 * stiffness if isinstance(damping, ss.Rayleigh) else given
     for structure in (Structure.dense(scene), Structure.of(scene)):
         for name, expected in {"mass": full, "damping": viscous, "stiffness": stiffness}.items():
             entries = getattr(structure, name)
@@ -80,7 +80,7 @@ def test_contact_power_alone_has_not_the_sign_of_the_growth():
 
 
 def test_modes_add_up_to_the_motion_and_grow_by_their_own_power(standard):
-    run = ss.simulate(standard.scene, standard.start, 0.3)
+    run = ss.simulate(standard.scene, 0.3, standard.start)
     # Between events, two instants of one phase so close that differences show the rate.
     times = run.events.time[10:40]
     middle = times[:-1] + 0.5 * np.diff(times)
@@ -100,7 +100,7 @@ def test_modes_add_up_to_the_motion_and_grow_by_their_own_power(standard):
 
 def test_in_the_growth_phase_the_unstable_mode_holds_the_energy(standard):
     """From the kick to the first event only exponentials: the shares are those of z' = lambda z."""
-    run = ss.simulate(standard.scene, standard.start, 0.3)
+    run = ss.simulate(standard.scene, 0.3, standard.start)
     onset = float(run.events.time[0])
     modes = ss.modal_energy(run, np.linspace(0.05, 0.999 * onset, 40))
     unstable = modes.growth_rate.values[0] > 0.0
@@ -119,10 +119,10 @@ def test_in_the_growth_phase_the_unstable_mode_holds_the_energy(standard):
 
 @given(drawn_scenes(min_friction=0.1), st.floats(0.5, 3.0))
 def test_the_energy_of_all_modes_is_that_of_the_deviation_from_sliding(drawn, strength):
-    run = ss.simulate(drawn.scene, drawn.kicked(strength), 0.02, max_events=50)
+    run = ss.simulate(drawn.scene, 0.02, drawn.kicked(strength), max_events=50)
     times = np.concatenate([[0.0], drawn.rng.uniform(0.0, run.duration, 10)])
     modes, flow, sample = ss.modal_energy(run, times), run.energy(times), run.sample(times)
-    equilibrium = ss.sliding_equilibrium(drawn.scene)
+    equilibrium = ss.steady_sliding(drawn.scene)
     kept = (modes.combination.values == equilibrium.combination) & ~np.isnan(modes.total.values)
     # All sliding as in the equilibrium, as at the start: the quasi-static motion is that equilibrium.
     assert kept[0]
@@ -138,8 +138,8 @@ def test_the_energy_of_all_modes_is_that_of_the_deviation_from_sliding(drawn, st
 def test_under_a_given_normal_force_the_deviation_is_from_sliding():
     belt = ss.Contact(tangential="x", normal_force=10.0, friction=0.3, slider_speed=0.4)
     scene = ss.Scene([1.0], [[100.0]], damping=[[1.0]], contacts=[belt], dofs=["x"])
-    sliding = ss.sliding_equilibrium(scene)
-    run = ss.simulate(scene, sliding.perturbed(velocity={"x": 0.2}), 3.0)
+    sliding = ss.steady_sliding(scene)
+    run = ss.simulate(scene, 3.0, sliding.perturbed(velocity={"x": 0.2}))
     times = np.linspace(0.0, 3.0, 20)
     modes, sample = ss.modal_energy(run, times), run.sample(times)
     deviation = sample.position.values[:, 0] - 0.3 * 10.0 / 100.0
@@ -150,6 +150,6 @@ def test_under_a_given_normal_force_the_deviation_is_from_sliding():
 def test_a_motion_under_a_law_of_friction_is_no_sum_of_modes():
     law = ss.friction.Stribeck(0.5, 0.3, 0.1)
     scene = ss.models.two_subsystems(friction=law, slider_speed=0.2, preload_displacement=1e-3)
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.01)
+    run = ss.simulate(scene, 0.01, ss.steady_sliding(scene))
     with pytest.raises(ss.InputError, match="no sum of modes"):
         ss.modal_energy(run, [0.005])

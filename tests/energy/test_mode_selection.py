@@ -59,13 +59,13 @@ def test_the_transient_selects_the_mode_that_closes_at_the_larger_energy(selecti
     if friction == 3.0:
         assert float(result.modes.growth_rate[1]) > 1.5 * float(result.modes.growth_rate[0])
     model = scene(friction)
-    equilibrium, modes = ss.sliding_equilibrium(model), ss.complex_modes(model)
+    equilibrium, modes = ss.steady_sliding(model), ss.complex_modes(model)
     unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag > 0.0))
     periods = []
     for r in unstable:
         # Started in the shape of either mode, the motion ends in the same cycle near the first one.
         kick = Kick(model, equilibrium, Structure.of(model), modes.eigenvalues[r], modes.shapes[:, r], 1)
-        cycle = ss.simulate(model, kick.start(1e-6, 0.0), 1.0).limit_cycle()
+        cycle = ss.simulate(model, 1.0, kick.start(1e-6, 0.0)).limit_cycle()
         periods.append(cycle.period)
         assert cycle.main_frequency("x2") == pytest.approx(112.0, abs=1.0)
         energy = ss.modal_energy(cycle.run, cycle.period * np.arange(128) / 128)

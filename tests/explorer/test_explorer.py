@@ -70,8 +70,8 @@ def test_the_shown_cycle_is_the_limit_cycle_of_the_point(page, friction, speed):
     }
     shown = motion_of(page, **values)
     scene = ss.models.two_subsystems(friction=friction, slider_speed=speed)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, 0.6, start).limit_cycle()
     assert shown["cycle"]["combinations"] == list(cycle.combinations)
     # Both are refined to rounding, from runs of different length.
     assert shown["cycle"]["period"] == pytest.approx(cycle.period, rel=1e-9)
@@ -150,7 +150,7 @@ def test_copies_compute_the_cycle_that_is_shown(page, tmp_path):
     shown = motion_of(page, **values)
     copied = asked(page, "/text", values=values, start={"kind": "file"})
     (tmp_path / "scene.toml").write_text(copied["toml"], encoding="utf-8")
-    case = ss.load_case(tmp_path / "scene.toml")
+    case = ss.load(tmp_path / "scene.toml")
     assert case.simulate().limit_cycle().period == pytest.approx(shown["cycle"]["period"], rel=1e-9)
     names = {}
     exec(compile(copied["python"], "copied", "exec"), names)
@@ -165,7 +165,7 @@ def test_copies_compute_the_cycle_that_is_shown(page, tmp_path):
 
 def test_a_sound_has_the_main_line_of_the_cycle():
     scene = ss.models.two_subsystems()
-    run = ss.simulate(scene, ss.disturbed_sliding(scene), 2.0)
+    run = ss.simulate(scene, 2.0, ss.disturbed_sliding(scene))
     with wave.open(io.BytesIO(sound(run)), "rb") as file:
         assert (file.getnchannels(), file.getsampwidth(), file.getframerate()) == (1, 2, 44100)
         heard = np.frombuffer(file.readframes(file.getnframes()), "<i2")
@@ -333,7 +333,7 @@ def test_a_mass_of_almost_nothing_does_not_hold_up_the_page(page):
     assert time.perf_counter() - begun < 60.0
     assert found["lines"]["exact"] is False
     light = ss.models.two_subsystems(upper_mass=(1e-4, 0.3))
-    cycle = ss.simulate(light, ss.disturbed_sliding(light), 0.6).limit_cycle()
+    cycle = ss.simulate(light, 0.6, ss.disturbed_sliding(light)).limit_cycle()
     exact = cycle.harmonics(3).amplitude.isel(dof=2).to_numpy()[1:]
     # One period without a window: what aliases falls with the square of the harmonic.
     sampled = cycle.run.spectrum("x3", begin=0.0, samples=2048, window="boxcar").amplitude.to_numpy()[1:4]
@@ -426,7 +426,7 @@ def test_a_forced_joint_is_shown_without_modes():
             "There is no steady sliding: contact 0: slider_speed is 0, so steady sliding has no direction"
         )
         assert shown["cycle"]["frequency"] == pytest.approx(20.0)
-        cycle = ss.simulate(scene, ss.State([0.0], [0.0], "s"), 2.0).limit_cycle()
+        cycle = ss.simulate(scene, 2.0, ss.State([0.0], [0.0], "s")).limit_cycle()
         assert np.ptp(unpacked(shown["motion"]["position"], 2)[:, 1]) == pytest.approx(
             float(np.ptp(cycle.run.sample(np.linspace(0.0, cycle.period, 2001)).position.to_numpy())),
             rel=1e-3,
@@ -448,7 +448,7 @@ def test_a_forced_joint_is_shown_without_modes():
 def test_a_joint_slides_both_ways_in_words():
     with ss.explore(forced_joint()) as page:
         said = asked(page, "/motion", values={}, dof=0, patience=5.0, start={"kind": "mode"})["sentence"]
-    cycle = ss.simulate(forced_joint(), ss.State([0.0], [0.0], "s"), 2.0).limit_cycle()
+    cycle = ss.simulate(forced_joint(), 2.0, ss.State([0.0], [0.0], "s")).limit_cycle()
     share = 100.0 * cycle.durations[[name == "+" for name in cycle.combinations]].sum() / cycle.period
     assert f"slides forwards {share:.0f} % and slides backwards {share:.0f} %" in said
 
@@ -478,7 +478,7 @@ def test_a_period_has_the_unit_that_suits_it(seconds):
         contacts=[],
         loads=[ss.Harmonic({"x": rate**2}, 1.0 / seconds)],
     )
-    cycle = ss.simulate(scene, ss.State([0.0], [0.0], ""), 40.0 * seconds).limit_cycle()
+    cycle = ss.simulate(scene, 40.0 * seconds, ss.State([0.0], [0.0], "")).limit_cycle()
     unit = {5e-6: "5 µs", 0.5: "500 ms", 60.0: "60 s"}[seconds]
     assert f"limit cycle of {unit} " in picture._told(cycle)
 

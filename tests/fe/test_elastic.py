@@ -243,7 +243,7 @@ def test_damping_in_proportion_to_stiffness_takes_energy_at_every_speed(speed):
     """Inertia softens K, which becomes negative; damping refers to the K of the material."""
     mesh = ss.fe.ring((1, 16, 1), (0.09, 0.1), (0.0, 2 * np.pi), (0.0, 0.01))
     still, turns = (
-        ss.fe.Body.elastic(mesh, **STEEL, rotation=rotation, damping=ss.Proportional(1e-3, 1e-6))
+        ss.fe.Body.elastic(mesh, **STEEL, rotation=rotation, damping=ss.Rayleigh(1e-3, 1e-6))
         for rotation in (None, ss.fe.Rotation(speed))
     )
     # With the gyroscopic matrix, which is skew-symmetric.

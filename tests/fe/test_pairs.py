@@ -101,14 +101,14 @@ def test_a_block_on_a_belt_is_the_model_by_hand():
     by_hand = ss.Scene(
         body.mass,
         body.stiffness,
-        damping=ss.Proportional(stiffness=1e-7),
+        damping=ss.Rayleigh(stiffness=1e-7),
         contacts=[
             ss.Contact(tangential=f"{n}.1", normal=f"{n}.2", friction=0.3, slider_speed=1.0, gap=-1e-6)
             for n in pairs.nodes
         ],
         dofs=body.dofs,
     )
-    one, other = ss.sliding_equilibrium(scene), ss.sliding_equilibrium(by_hand)
+    one, other = ss.steady_sliding(scene), ss.steady_sliding(by_hand)
     np.testing.assert_allclose(one.position, other.position, rtol=0, atol=1e-18)
     found, expected = (ss.complex_modes(s).eigenvalues[:12] for s in (scene, by_hand))
     np.testing.assert_allclose(found, expected, rtol=1e-9)
@@ -123,7 +123,7 @@ def test_contact_forces_balance_the_pressure(plates):
     pairs = ss.fe.contact_pairs(pad.surface("bottom"), disc.surface("top"), velocity=(1, 0, 0), friction=0.0)
     pressure = pad.surface("top").pressure(1e6)
     scene = ss.fe.assemble([pad, disc], pairs, force=[pressure, {"pad.1.3": 0.0}])
-    steady = ss.sliding_equilibrium(scene)
+    steady = ss.steady_sliding(scene)
     forces = steady.contact_forces(scene).normal_force.to_numpy()
     assert forces.sum() == pytest.approx(1e6 * 0.02 * 0.01, rel=1e-9)
     assert (forces > 0.0).all()
@@ -138,15 +138,15 @@ def test_damping_of_bodies(plates):
     def damped(body, damping):
         return ss.fe.Body(body.mass, body.stiffness, dofs=body.dofs, damping=damping, name=body.name)
 
-    same = ss.fe.assemble([damped(b, ss.Proportional(1.0, 1e-7)) for b in (pad, disc)])
-    assert same.damping == ss.Proportional(1.0, 1e-7)
+    same = ss.fe.assemble([damped(b, ss.Rayleigh(1.0, 1e-7)) for b in (pad, disc)])
+    assert same.damping == ss.Rayleigh(1.0, 1e-7)
     assert same.mesh is None
-    mixed = ss.fe.assemble([damped(pad, ss.Proportional(2.0, 1e-7)), damped(disc, 1e-6 * disc.stiffness)])
+    mixed = ss.fe.assemble([damped(pad, ss.Rayleigh(2.0, 1e-7)), damped(disc, 1e-6 * disc.stiffness)])
     expected = scipy.sparse.block_diag([2.0 * pad.mass + 1e-7 * pad.stiffness, 1e-6 * disc.stiffness])
     assert abs(mixed.damping - expected).max() <= 1e-15 * abs(expected).max()
-    one = ss.fe.assemble([pad, damped(disc, ss.Proportional(0.0, 1e-7))])
+    one = ss.fe.assemble([pad, damped(disc, ss.Rayleigh(0.0, 1e-7))])
     assert abs(one.damping[: pad.size]).max() == 0.0
-    assert ss.fe.assemble([pad, disc], damping=ss.Proportional(1.0)).damping == ss.Proportional(1.0)
+    assert ss.fe.assemble([pad, disc], damping=ss.Rayleigh(1.0)).damping == ss.Rayleigh(1.0)
     assert ss.fe.assemble([pad, disc]).damping is None
 
 

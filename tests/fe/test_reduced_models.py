@@ -55,7 +55,7 @@ def test_with_every_mode_nothing_is_lost(small):
 def test_steady_sliding_is_exact_with_few_modes(small, boundary):
     """Contact coordinates and the offset carry the static response, whatever the modes."""
     reduced = ss.fe.reduce(small, (100.0, 40e3), boundary, modes=3)
-    full, few = ss.sliding_equilibrium(small), ss.sliding_equilibrium(reduced.scene)
+    full, few = ss.steady_sliding(small), ss.steady_sliding(reduced.scene)
     scale = np.abs(full.position).max()
     np.testing.assert_allclose(reduced.expand(few).position, full.position, rtol=0, atol=1e-12 * scale)
     one, other = (state.contact_forces(scene) for state, scene in ((full, small), (few, reduced.scene)))
@@ -113,8 +113,8 @@ def test_the_way_there_and_back(small):
 
 def test_motions_and_modes_on_the_full_dofs(small):
     reduced = ss.fe.reduce(small, (100.0, 60e3), modes=20)
-    start = ss.sliding_equilibrium(reduced.scene).perturbed(velocity={"q0": 1e-4})
-    run = ss.simulate(reduced.scene, start, duration=1e-5)
+    start = ss.steady_sliding(reduced.scene).perturbed(velocity={"q0": 1e-4})
+    run = ss.simulate(reduced.scene, 1e-5, start)
     sampled = run.sample([0.0, 3e-6])
     whole = reduced.expand(sampled)
     assert whole.position.dims == ("time", "dof")
@@ -173,8 +173,8 @@ def test_a_massless_boundary_is_exact_at_rest_and_knows_no_impacts(small):
     whole = scipy.sparse.linalg.spsolve(scipy.sparse.csc_array(small.stiffness), reduced.dual[:12].T @ forces)
     few = np.linalg.solve(scene.stiffness, np.r_[forces, np.zeros(scene.size - 12)])
     np.testing.assert_allclose(reduced.basis @ few, whole, rtol=0, atol=1e-11 * np.abs(whole).max())
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"q0": 1e-2})
-    run = ss.simulate(scene, start, duration=1e-3)
+    start = ss.steady_sliding(scene).perturbed(velocity={"q0": 1e-2})
+    run = ss.simulate(scene, 1e-3, start)
     assert {"release", "closing"} <= set(run.events.kind)
     assert not {"impact"} & set(run.events.kind)
     balance = run.balance()
@@ -237,8 +237,8 @@ def test_a_structure_that_moves_freely_has_a_massless_boundary():
     for count in (1, 4):
         reduced = ss.fe.reduce(scene, (0.1, 20.0), "massless", modes=count)
         assert reduced.frequencies[0] < 1e-5
-        steady = reduced.expand(ss.sliding_equilibrium(reduced.scene))
-        np.testing.assert_allclose(steady.position, ss.sliding_equilibrium(scene).position, atol=1e-12)
+        steady = reduced.expand(ss.steady_sliding(reduced.scene))
+        np.testing.assert_allclose(steady.position, ss.steady_sliding(scene).position, atol=1e-12)
 
 
 def test_contacts_along_one_direction_have_no_massless_boundary():
@@ -265,9 +265,7 @@ def test_loads_in_time_are_carried_along(small):
     (load,) = reduced.scene.loads
     assert (load.frequency, load.name) == (4e3, "shaker")
     # Their response: nearly all modes are there.
-    runs = [
-        ss.simulate(scene, ss.sliding_equilibrium(scene), duration=2e-4) for scene in (shaken, reduced.scene)
-    ]
+    runs = [ss.simulate(scene, 2e-4, ss.steady_sliding(scene)) for scene in (shaken, reduced.scene)]
     times = np.linspace(0.0, 2e-4, 50)
     full, few = runs[0].sample(times).position, reduced.expand(runs[1].sample(times)).position
     moved = np.abs(full - full[0]).max()
@@ -299,7 +297,7 @@ def test_two_flexible_bodies():
             pad.surface("bottom"), disc.surface("top"), velocity=(2, 0, 0), friction=0.3
         )
         pressure = pad.surface("top").pressure(1e6)
-        scene = ss.fe.assemble([pad, disc], pairs, force=pressure, damping=ss.Proportional(stiffness=1e-7))
+        scene = ss.fe.assemble([pad, disc], pairs, force=pressure, damping=ss.Rayleigh(stiffness=1e-7))
         combination = "+" * len(pairs)
         reduced = ss.fe.reduce(scene, (100.0, 60e3), combination=combination, tolerance=5e-2)
         assert reduced.scene.size < scene.size / 2
@@ -405,7 +403,7 @@ def test_a_mode_that_grows_in_one_scene_alone_is_told():
     mode = full.argmax()
     rates = full[mode], few[mode]
     assert max(rates) > 1.0
-    damped = undamped.replace(damping=ss.Proportional(mass=sum(rates)))
+    damped = undamped.replace(damping=ss.Rayleigh(mass=sum(rates)))
     with pytest.warns(UserWarning, match=r"mode \d+ at .* Hz has the growth rate .* in the full scene"):
         reduced = ss.fe.reduce(damped, band, modes=3)
     assert reduced.errors.full.to_numpy().real.max() < 0.0 < reduced.errors.reduced.to_numpy().real.max()

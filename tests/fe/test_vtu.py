@@ -25,8 +25,8 @@ def listed(path):
 
 
 def test_a_motion_as_it_is(scene, tmp_path):
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"1.1": 1e-3})
-    run = ss.simulate(scene, start, duration=2e-6)
+    start = ss.steady_sliding(scene).perturbed(velocity={"1.1": 1e-3})
+    run = ss.simulate(scene, 2e-6, start)
     sampled = run.sample([0.0, 1e-6, 2e-6])
     files = ss.fe.write_vtu(tmp_path / "squeal.pvd", scene, sampled)
     times, named = listed(tmp_path / "squeal.pvd")
@@ -65,7 +65,7 @@ def test_a_complex_mode_moves_with_its_phases(scene, tmp_path):
 
 
 def test_a_state_a_vector_and_a_scale(scene, tmp_path):
-    steady = ss.sliding_equilibrium(scene)
+    steady = ss.steady_sliding(scene)
     for given in (steady, steady.position):
         path = tmp_path / "new" / "folder" / "steady.pvd"
         ss.fe.write_vtu(path, scene, given)
@@ -81,8 +81,8 @@ def test_a_state_a_vector_and_a_scale(scene, tmp_path):
 
 def test_a_reduced_motion_on_the_full_mesh(scene, tmp_path):
     reduced = ss.fe.reduce(scene, (1e3, 60e3), modes=8)
-    start = ss.sliding_equilibrium(reduced.scene).perturbed(velocity={"q0": 1e-4})
-    run = ss.simulate(reduced.scene, start, duration=2e-6)
+    start = ss.steady_sliding(reduced.scene).perturbed(velocity={"q0": 1e-4})
+    run = ss.simulate(reduced.scene, 2e-6, start)
     files = ss.fe.write_vtu(tmp_path / "a.pvd", scene, reduced.expand(run.sample([1e-6])))
     shown = meshio.read(files[1]).point_data["displacement"][:, :2]
     expected = scene.mesh.displacements(reduced.expand(run.state(1e-6)).position)

@@ -44,8 +44,8 @@ def test_a_dataset_comes_back(tmp_path_factory, values, numbers, truth, names, s
         attrs={"duration": 0.1, "stop_reason": "duration"},
     )
     path = tmp_path_factory.mktemp("data") / f"d{suffix}"
-    ss.write_dataset(dataset, path)
-    found = ss.read_dataset(path)
+    ss.save(dataset, path)
+    found = ss.load(path)
     xr.testing.assert_identical(found, dataset)
     assert found.eigenvalue.values.tobytes() == values.tobytes()
 
@@ -53,10 +53,10 @@ def test_a_dataset_comes_back(tmp_path_factory, values, numbers, truth, names, s
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_a_run_without_events_comes_back(tmp_path, suffix):
     scene = ss.models.two_subsystems(friction=0.3)
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.1)
+    run = ss.simulate(scene, 0.1, ss.steady_sliding(scene))
     assert len(run.events) == 0
-    ss.write_dataset(run.to_dataset(5), tmp_path / f"run{suffix}")
-    found = ss.read_dataset(tmp_path / f"run{suffix}")
+    ss.save(run.to_dataset(5), tmp_path / f"run{suffix}")
+    found = ss.load(tmp_path / f"run{suffix}")
     assert found.sizes["event"] == 0
     assert found.position.values.tobytes() == run.to_dataset(5).position.values.tobytes()
 
@@ -88,8 +88,8 @@ def test_a_table_of_any_rows_comes_back(tmp_path, rows):
         coords={"time": ("time", [0.0, 0.5, 1.0], {"units": "s"}), "dof": ["a", "b"]},
         attrs={"limits": [0.0, 1.0], "reason": "duration"},
     )
-    ss.write_dataset(dataset, tmp_path / "data.csv", rows)
-    found = ss.read_dataset(tmp_path / "data.csv")
+    ss.save(dataset, tmp_path / "data.csv", rows=rows)
+    found = ss.load(tmp_path / "data.csv")
     xr.testing.assert_identical(found, dataset)
     for name in ("position", "pole"):
         assert found[name].values.tobytes() == dataset[name].values.tobytes()
@@ -145,8 +145,8 @@ def public(datasets):
 def test_every_public_dataset_comes_back(public, tmp_path, suffix):
     for call, array in public.items():
         expected = labelled(array)
-        ss.write_dataset(array, tmp_path / f"data{suffix}")
-        found = ss.read_dataset(tmp_path / f"data{suffix}")
+        ss.save(array, tmp_path / f"data{suffix}")
+        found = ss.load(tmp_path / f"data{suffix}")
         xr.testing.assert_identical(found, expected)
         for name, variable in expected.variables.items():
             # Texts differ in length and kind of their cells, all else has the same type.
@@ -158,7 +158,7 @@ def test_every_public_dataset_comes_back(public, tmp_path, suffix):
 def test_every_public_dataset_as_a_table(public, tmp_path):
     for call, array in public.items():
         expected = split_complex(labelled(array))
-        ss.write_dataset(array, tmp_path / "data.csv")
+        ss.save(array, tmp_path / "data.csv")
         table = pandas.read_csv(tmp_path / "data.csv", comment="#", keep_default_na=False, na_values=["nan"])
         (first, *_) = [*expected.sizes, None]
         seen = [
@@ -179,19 +179,19 @@ def test_a_file_that_cannot_be_made_leaves_the_old_one(tmp_path):
     good, bad = xr.Dataset({"a": ("x", [1.0])}), xr.Dataset({"a": ("x", [object()])})
     for suffix in (".nc", ".json", ".csv", ".zarr"):
         path = tmp_path / f"data{suffix}"
-        ss.write_dataset(good, path)
+        ss.save(good, path)
         with pytest.raises(ss.InputError, match="dataset: a: expected numbers, truth values or texts"):
-            ss.write_dataset(bad, path)
+            ss.save(bad, path)
         with pytest.raises(ss.InputError, match="dataset: attribute cycles: expected"):
-            ss.write_dataset(good.assign_attrs(cycles=ss.models.two_subsystems()), path)
-        xr.testing.assert_identical(ss.read_dataset(path), good)
+            ss.save(good.assign_attrs(cycles=ss.models.two_subsystems()), path)
+        xr.testing.assert_identical(ss.load(path), good)
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".json", ".nc", ".zarr"]
 
 
 def test_a_writer_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch):
     dataset = xr.Dataset({"a": ("x", [1.0])})
     for suffix in (".nc", ".zarr"):
-        ss.write_dataset(dataset, tmp_path / f"data{suffix}")
+        ss.save(dataset, tmp_path / f"data{suffix}")
 
     def full(*_, **__):
         raise OSError(28, "No space left on device")
@@ -199,14 +199,14 @@ def test_a_writer_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch)
     with monkeypatch.context() as patch:
         patch.setattr("pathlib.Path.replace", full)
         with pytest.raises(OSError, match="No space"):
-            ss.write_dataset(dataset + 1.0, tmp_path / "data.nc")
+            ss.save(dataset + 1.0, tmp_path / "data.nc")
     with monkeypatch.context() as patch:
         patch.setattr("zarr.Group.create_array", full)
         patch.setattr("zarr.Array.__setitem__", full)
         with pytest.raises(OSError, match="No space"):
-            ss.write_dataset(dataset + 1.0, tmp_path / "data.zarr")
+            ss.save(dataset + 1.0, tmp_path / "data.zarr")
     for suffix in (".nc", ".zarr"):
-        xr.testing.assert_identical(ss.read_dataset(tmp_path / f"data{suffix}"), dataset)
+        xr.testing.assert_identical(ss.load(tmp_path / f"data{suffix}"), dataset)
     assert len(list(tmp_path.iterdir())) == 2
 
 
@@ -225,12 +225,12 @@ def test_folders_that_hold_something_else_are_kept(tmp_path):
     (tmp_path / "notes.zarr").mkdir()
     (tmp_path / "notes.zarr" / "text").write_text("kept")
     with pytest.raises(ss.InputError, match="holds something else"):
-        ss.write_dataset(xr.Dataset({"a": 1.0}), tmp_path / "notes.zarr")
+        ss.save(xr.Dataset({"a": 1.0}), tmp_path / "notes.zarr")
     assert (tmp_path / "notes.zarr" / "text").read_text() == "kept"
     study = ss.Study(ss.models.two_subsystems, {"friction": scipy.stats.uniform(0.3, 2.2)}, samples=4)
     results = study.run(tmp_path / "study.zarr")
     with pytest.raises(ss.InputError, match="holds something else"):
-        ss.write_dataset(results, tmp_path / "study.zarr")
+        ss.save(results, tmp_path / "study.zarr")
 
 
 class Touch:
@@ -261,7 +261,7 @@ def test_zarr_folders_of_format_2_are_refused_before_anything_is_decoded(tmp_pat
     asked = []
     monkeypatch.setattr("numcodecs.registry.get_codec", asked.append)
     with pytest.raises(ss.InputError, match="expected a zarr folder of format 3"):
-        ss.read_dataset(folder)
+        ss.load(folder)
     assert not asked
     assert not made.exists()
 
@@ -274,11 +274,11 @@ def test_zarr_folders_of_format_2_are_refused_before_anything_is_decoded(tmp_pat
     ],
 )
 def test_arrays_of_zarr_with_other_formats_or_codecs_are_refused(tmp_path, changed, message):
-    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "a.zarr")
+    ss.save(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "a.zarr")
     file = tmp_path / "a.zarr" / "a" / "zarr.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | changed))
     with pytest.raises(ss.InputError, match=message):
-        ss.read_dataset(tmp_path / "a.zarr")
+        ss.load(tmp_path / "a.zarr")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="modes of files")
@@ -286,55 +286,55 @@ def test_arrays_of_zarr_with_other_formats_or_codecs_are_refused(tmp_path, chang
 @pytest.mark.parametrize("suffix", [".nc", ".json", ".csv", ".zarr"])
 def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, suffix, mode):
     path = tmp_path / f"data{suffix}"
-    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), path)
+    ss.save(xr.Dataset({"a": ("x", [1.0])}), path)
     mode |= 0o700 if path.is_dir() else 0
     path.chmod(mode)
-    ss.write_dataset(xr.Dataset({"a": ("x", [2.0])}), path)
+    ss.save(xr.Dataset({"a": ("x", [2.0])}), path)
     assert os.stat(path).st_mode & 0o777 == mode
-    assert ss.read_dataset(path).a.item() == 2.0
+    assert ss.load(path).a.item() == 2.0
 
 
 def test_zarr_is_optional(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "zarr", None)
     with pytest.raises(ss.InputError, match=r"a\.zarr: this needs zarr; pip install 'stickslip\[study\]'"):
-        ss.write_dataset(xr.Dataset({"a": 1.0}), tmp_path / "a.zarr")
+        ss.save(xr.Dataset({"a": 1.0}), tmp_path / "a.zarr")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such device")
 def test_a_device_is_written_to(tmp_path):
     (tmp_path / "sink.csv").symlink_to("/dev/null")
-    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "sink.csv")
+    ss.save(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "sink.csv")
     assert (tmp_path / "sink.csv").is_char_device()
 
 
 def test_hostile_files(tmp_path):
     with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.csv, \.zarr"):
-        ss.write_dataset(xr.Dataset(), tmp_path / "a.xls")
+        ss.save(xr.Dataset(), tmp_path / "a.xls")
     with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.csv, \.zarr"):
-        ss.read_dataset(tmp_path / "a.xls")
+        ss.load(tmp_path / "a.xls")
     for suffix in (".nc", ".zarr"):
         with pytest.raises(ss.InputError, match="dataset: m/s: expected a name without /"):
-            ss.write_dataset(xr.Dataset({"m/s": 1.0}), tmp_path / f"a{suffix}")
+            ss.save(xr.Dataset({"m/s": 1.0}), tmp_path / f"a{suffix}")
     with pytest.raises(ss.InputError, match="expected a Dataset, a DataArray or a result with to_dataset"):
-        ss.write_dataset([1.0], tmp_path / "a.nc")
+        ss.save([1.0], tmp_path / "a.nc")
     whole = xr.Dataset({"eigenvalue": ("mode", [1.0, 2j]), "status": ("mode", ["+", "s"])})
     for name in ("a.nc", "a.json", "a.csv", "a.zarr"):
         path = tmp_path / name
         with pytest.raises(ss.InputError, match="no such file"):
-            ss.read_dataset(path)
+            ss.load(path)
         path.write_bytes(b"not data")
         with pytest.raises(ss.InputError, match="not readable"):
-            ss.read_dataset(path)
+            ss.load(path)
         path.unlink()
-        ss.write_dataset(whole, path)
+        ss.save(whole, path)
         if path.is_dir():
             (path / "eigenvalue" / "zarr.json").write_text("{")
             with pytest.raises(ss.InputError, match="not readable"):
-                ss.read_dataset(path)
+                ss.load(path)
             shutil.rmtree(path)
             continue
         content = path.read_bytes()
         for length in (0, 4, 20, len(content) // 2):
             path.write_bytes(content[:length])
             with pytest.raises(ss.InputError, match="not readable"):
-                ss.read_dataset(path)
+                ss.load(path)

@@ -107,7 +107,7 @@ def test_without_damping_flutter_begins_at_the_lock_in():
 def test_divergence_is_where_the_stiffness_is_singular():
     scene = ss.models.two_subsystems()
     (point,) = kinds(ss.critical_points(scene, "--", friction=(0.0, 5.0)), "divergence")
-    stiffness = ss.reduce(scene.replace(friction=point.value), "--").stiffness
+    stiffness = ss.equations_of(scene.replace(friction=point.value), "--").stiffness
     singular = np.linalg.svd(stiffness, compute_uv=False)
     assert singular[-1] <= 64 * EPS * singular[0]
     assert point.direction == 1
@@ -217,7 +217,7 @@ def test_only_modes_near_the_axis_are_followed():
 
 def largest_growths(scene):
     """Real parts of all eigenvalues by LAPACK, largest first; damping is proportional to stiffness."""
-    reduced = ss.reduce(scene, "+" * len(scene.contacts))
+    reduced = ss.equations_of(scene, "+" * len(scene.contacts))
     squares = scipy.linalg.eigvals(reduced.stiffness, np.asarray(reduced.mass)).astype(complex)
     half = 0.5 * scene.damping.stiffness * squares
     root = np.sqrt(half**2 - squares)
@@ -261,7 +261,7 @@ def test_hopf_points_tell_of_a_lock_in_without_one(damping):
     scene = ss.Scene(
         [1.0, 1.0],
         [[2.0, -0.5], [-0.5, 1.0]],
-        damping=ss.Proportional(mass=damping),
+        damping=ss.Rayleigh(mass=damping),
         force=[0.0, -10.0],
         contacts=[contact],
     )

@@ -52,8 +52,8 @@ def test_two_contacts_are_those_of_constant_friction_with_the_slope_as_damping(l
     scene = ss.models.two_subsystems(friction=law, slider_speed=speeds, preload_displacement=1e-3)
     mu = [law.coefficient(v) for v in speeds]
     constant = ss.models.two_subsystems(friction=mu, slider_speed=speeds, preload_displacement=1e-3)
-    normal = ss.sliding_equilibrium(constant).normal_forces
-    steady = ss.sliding_equilibrium(scene)
+    normal = ss.steady_sliding(constant).normal_forces
+    steady = ss.steady_sliding(scene)
     np.testing.assert_allclose(steady.normal_forces, normal, rtol=1e-12)
     friction = steady.contact_forces(scene).friction_force
     np.testing.assert_allclose(friction, mu * normal, rtol=1e-12)
@@ -191,7 +191,7 @@ def test_parameters_of_laws_have_names_everywhere():
 def test_files_keep_laws(law, tmp_path):
     for scene in (block(law), ss.models.two_subsystems(friction=[law, 0.3], slider_speed=0.2)):
         ss.save(scene, tmp_path / "scene.toml")
-        read = ss.load_scene(tmp_path / "scene.toml")
+        read = ss.load(tmp_path / "scene.toml").scene
         assert [contact.friction for contact in read.contacts] == [c.friction for c in scene.contacts]
 
 

@@ -32,7 +32,7 @@ def test_against_complex_steps():
     scene = ss.models.two_subsystems(friction=1.5)
     found = ss.sensitivity(scene).derivative.to_numpy()[0]
     eigenvalues = ss.complex_modes(scene).eigenvalues
-    base, one = (ss.reduce(scene.replace(friction=mu), "++") for mu in (1.0, 2.0))
+    base, one = (ss.equations_of(scene.replace(friction=mu), "++") for mu in (1.0, 2.0))
     rate = 1e3
 
     def at(friction):

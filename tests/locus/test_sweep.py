@@ -23,7 +23,7 @@ def rotated_oscillators(stiffness, seed, coupling=0.0):
 
     def model(p):
         matrix = turn @ (np.diag(stiffness(p)) + tie) @ turn.T
-        return ss.Scene(np.ones(size), 0.5 * (matrix + matrix.T), damping=ss.Proportional(stiffness=1e-3))
+        return ss.Scene(np.ones(size), 0.5 * (matrix + matrix.T), damping=ss.Rayleigh(stiffness=1e-3))
 
     return model
 

@@ -195,7 +195,7 @@ def test_a_mode_just_outside_a_bound_is_told(n, side):
 
 
 @pytest.mark.parametrize(
-    "damping", [None, ss.Proportional(stiffness=1e-6), ss.Proportional(mass=1.0)], ids=["none", "K", "M"]
+    "damping", [None, ss.Rayleigh(stiffness=1e-6), ss.Rayleigh(mass=1.0)], ids=["none", "K", "M"]
 )
 @pytest.mark.parametrize("bodies", [1, 3, 6])
 def test_rigid_body_motions_are_counted(bodies, damping):

@@ -120,8 +120,8 @@ def test_a_disturbed_motion_is_the_sum_of_its_modes():
     """A linear law under a given normal force leaves the motion linear, as long as the node slides."""
     scene = block(Linear(0.4, 0.3))
     modes = ss.complex_modes(scene)
-    rest = ss.sliding_equilibrium(scene)
-    run = ss.simulate(scene, rest.perturbed(velocity={"x1": 0.05}), 2.0)
+    rest = ss.steady_sliding(scene)
+    run = ss.simulate(scene, 2.0, rest.perturbed(velocity={"x1": 0.05}))
     assert run.events.time.size == 0
     # v' (C x + M x' + lambda M x) / a, of x = (0, 0) and x' = (0.05, .)
     weights = modes.left_displacement[0] * 0.05 / modes.a
@@ -154,8 +154,8 @@ def test_a_small_motion_grows_as_its_mode():
     (number,) = (mode.number for mode in modes.select(unstable=True))
     growth, period = modes.eigenvalues[number].real, 2.0 * np.pi / modes.eigenvalues[number].imag
     assert growth > 0.5
-    rest = ss.sliding_equilibrium(scene)
-    run = ss.simulate(scene, rest.perturbed(velocity={"x1": 1e-9}), 6.0)
+    rest = ss.steady_sliding(scene)
+    run = ss.simulate(scene, 6.0, rest.perturbed(velocity={"x1": 1e-9}))
     assert run.events.time.size == 0
     first, last = (run.state(count * period).position - rest.position for count in (12, 24))
     # The other modes have decayed by 1e-6, and the slip speed has changed by 1e-4 of itself.

@@ -94,7 +94,7 @@ def test_eigenvalues_against_forty_digits(combination, friction):
             ss.complex_modes(scene, combination)
         return
     modes = ss.complex_modes(scene, combination)
-    reduced = ss.reduce(scene, combination)
+    reduced = ss.equations_of(scene, combination)
     with mpmath.workdps(40):
         m = reduced.mass.shape[0]
         inverse = mpmath.matrix(reduced.mass) ** -1
@@ -166,7 +166,7 @@ def test_coupled_masses_under_friction_are_solved_to_rounding(general):
     scene = ss.Scene(
         mass,
         stiffness,
-        damping=1e-6 * stiffness + spread if general else ss.Proportional(stiffness=1e-6),
+        damping=1e-6 * stiffness + spread if general else ss.Rayleigh(stiffness=1e-6),
         force=force,
         contacts=[
             ss.Contact(tangential=i, normal=contacts + i, friction=0.3, slider_speed=1.0)
@@ -174,7 +174,7 @@ def test_coupled_masses_under_friction_are_solved_to_rounding(general):
         ],
     )
     modes = ss.complex_modes(scene)
-    reduced_mass = ss.reduce(scene, "+" * contacts).mass
+    reduced_mass = ss.equations_of(scene, "+" * contacts).mass
     assert not np.array_equal(reduced_mass, reduced_mass.T)
     assert modes.condition.max() < WELL_CONDITIONED
     # A residual of the refined problem is one rounding of its terms; unrefined ones are ten times that.
@@ -206,6 +206,21 @@ def test_shapes_cover_all_dofs_of_the_scene():
     assert modes.shapes.shape == (8, 10)
     assert not modes.shapes[[2, 3, 7]].any()  # stuck tangentially, and both contacts closed
     assert np.array_equal(modes.shapes[[0, 1, 4, 5, 6]], modes.right[:5])
+
+
+def test_several_modes_are_modes_again():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    first, growing, picked = modes[0:4], modes[modes.unstable], modes[[4, 0]]
+    assert isinstance(first, ss.Modes)
+    np.testing.assert_array_equal(first.eigenvalues, modes.eigenvalues[:4])
+    np.testing.assert_array_equal(first.left.T @ first.state_a @ first.right, (modes.left.T @ modes.state_a @
+    modes.right)[:4, :4]) assert growing.unstable.all() and len(growing) == modes.unstable.sum() > 0
+    assert [mode.eigenvalue for mode in picked] == [modes[4].eigenvalue, modes[0].eigenvalue]
+    assert picked[1].number == 1
+    assert picked.to_dataset().sizes["mode"] == 2
+    assert len(modes[:0]) == 0
+    with pytest.raises(IndexError):
+        modes[[True, False]]
 
 
 def test_frequency_and_damping_ratio_of_one_oscillator():
@@ -240,7 +255,7 @@ def test_eigenvalues_where_the_plain_double_shift_wanders():
     for friction in 2.140625 * (1.0 + 1e-14 * np.arange(200)):
         moved = scene.replace(friction=friction)
         found = ss.complex_modes(moved).eigenvalues
-        reduced = ss.reduce(moved, "++")
+        reduced = ss.equations_of(moved, "++")
         inverse = np.linalg.inv(reduced.mass)
         state = np.block(
             [
@@ -324,11 +339,11 @@ def test_the_modes_of_a_small_scene_need_no_other_thread():
 def test_a_damping_matrix_that_is_proportional_to_the_last_bit_is_taken_as_such(part):
     stiffness = np.diag([1.0, 0.0, 9.0])
     matrix = ss.Scene(mass=[1.0, 2.0, 3.0], stiffness=stiffness, damping=part * stiffness)
-    stated = matrix.replace(damping=ss.Proportional(stiffness=part))
+    stated = matrix.replace(damping=ss.Rayleigh(stiffness=part))
     found, expected = (ss.complex_modes(scene, "") for scene in (matrix, stated))
     assert found.eigenvalues.tobytes() == expected.eigenvalues.tobytes()
     by_mass = matrix.replace(damping=np.diag(0.5 * matrix.mass))
-    stated = matrix.replace(damping=ss.Proportional(mass=0.5))
+    stated = matrix.replace(damping=ss.Rayleigh(mass=0.5))
     found, expected = (ss.complex_modes(scene, "") for scene in (by_mass, stated))
     assert found.eigenvalues.tobytes() == expected.eigenvalues.tobytes()
 
@@ -348,7 +363,7 @@ def test_a_rigid_body_beside_damped_dofs_is_a_defective_zero():
     for stiffness, damping in ((4.0, 0.1), (9.0, 0.2)):
         value = complex(-0.5 * damping, np.sqrt(stiffness - 0.25 * damping**2))
         assert np.abs(modes.eigenvalues - value).min() <= rounding * abs(value)
-    run = ss.simulate(scene, ss.State([0.0, 0.0, 0.0], [0.0, 0.5, 0.0], ""), 2.0)
+    run = ss.simulate(scene, 2.0, ss.State([0.0, 0.0, 0.0], [0.0, 0.5, 0.0], ""))
     assert run.state(2.0).position[1] == pytest.approx(1.0, rel=rounding)
 
 

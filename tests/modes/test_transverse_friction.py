@@ -50,7 +50,7 @@ def test_a_law_of_friction_counts_at_the_speed_of_the_slider():
     np.testing.assert_allclose(damped.real, -MU * FORCE / SPEED / 4.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("damping", [None, ss.Proportional(stiffness=1e-7)])
+@pytest.mark.parametrize("damping", [None, ss.Rayleigh(stiffness=1e-7)])
 def test_a_mesh_that_moves_across_as_a_whole(damping):
     """With one speed everywhere the damping matrix is mu F / v along a common motion across."""
     pad = plate((3, 2, 1), (0.03, 0.02, 0.01), (0.0, 0.0, 0.0))

@@ -12,7 +12,7 @@ def run():
         force=[0.0, -10.0],
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, restitution=0.5, name="ball")],
     )
-    return ss.simulate(scene, ss.State([0.0, 0.1], [0.0, 0.0], "d"), 0.4)
+    return ss.simulate(scene, 0.4, ss.State([0.0, 0.1], [0.0, 0.0], "d"))
 
 
 def test_without_times_both_sides_of_every_event_are_sampled(run):
@@ -44,7 +44,7 @@ def test_instants_between_events_part_each_phase_evenly(run):
 
 def test_a_motion_without_events_has_its_ends(run):
     scene = ss.models.two_subsystems(friction=0.1)
-    quiet = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.1)
+    quiet = ss.simulate(scene, 0.1, ss.steady_sliding(scene))
     assert quiet.sample().instant.to_numpy().tolist() == ["start", "end"]
     with pytest.raises(ss.InputError, match="between: expected 0 where times are given, got 2"):
         run.sample([0.1], between=2)
@@ -60,9 +60,7 @@ def test_what_touches_or_ends_a_phase_names_its_contact():
             ss.Contact(tangential="x7", normal="x8", friction=1.5, slider_speed=0.025, name="right"),
         ]
     )
-    cycle = ss.simulate(
-        named, ss.sliding_equilibrium(named).perturbed(velocity={"x1": 1e-3}), 0.6
-    ).limit_cycle()
+    cycle = ss.simulate(named, 0.6, ss.steady_sliding(named).perturbed(velocity={"x1": 1e-3})).limit_cycle()
     names = ("left", "right")
     assert {phase.name for phase in cycle.phases} == set(names)
     assert all(phase.name == names[phase.contact] for phase in cycle.phases)

@@ -62,7 +62,7 @@ class SideBySide:
 
 
 def disturbed(scene, speed=1e-3):
-    return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": speed})
+    return ss.steady_sliding(scene).perturbed(velocity={"x1": speed})
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +77,10 @@ def parts():
 @pytest.mark.parametrize("method", ["auto", "taylor"])
 def test_each_part_runs_as_if_it_were_alone(parts, method):
     whole, starts = parts
-    run = ss.simulate(whole.scene, whole.start(*starts), DURATION, method)
+    run = ss.simulate(whole.scene, DURATION, whole.start(*starts), method=method)
     alone = [
-        ss.simulate(scene, start, DURATION, method) for scene, start in zip(whole.scenes, starts, strict=True)
+        ss.simulate(scene, DURATION, start, method=method)
+        for scene, start in zip(whole.scenes, starts, strict=True)
     ]
     for k, (part, contacts) in enumerate(zip(alone, whole.contacts, strict=True)):
         mine = (run.events.contact >= contacts.start) & (run.events.contact < contacts.stop)
@@ -100,7 +101,7 @@ def test_each_part_runs_as_if_it_were_alone(parts, method):
 
 def test_a_part_without_contacts_swings_as_it_should(parts):
     whole, starts = parts
-    run = ss.simulate(whole.scene, whole.start(*starts), DURATION)
+    run = ss.simulate(whole.scene, DURATION, whole.start(*starts))
     times = np.linspace(0.0, DURATION, 201)
     beta = whole.scene.damping.stiffness
     omega2 = STIFFNESS / MASS
@@ -114,9 +115,9 @@ def test_a_part_without_contacts_swings_as_it_should(parts):
 def test_the_number_of_events_ends_the_whole(parts):
     whole, starts = parts
     start = whole.start(*starts)
-    full = ss.simulate(whole.scene, start, DURATION)
+    full = ss.simulate(whole.scene, DURATION, start)
     for most in (0, 1, 50):
-        run = ss.simulate(whole.scene, start, DURATION, max_events=most)
+        run = ss.simulate(whole.scene, DURATION, start, max_events=most)
         assert run.stop_reason == "max_events"
         assert np.array_equal(run.events.time, full.events.time[:most])
         assert run.duration == (full.events.time[most - 1] if most else 0.0)
@@ -127,7 +128,7 @@ def test_the_number_of_events_ends_the_whole(parts):
 def test_the_whole_comes_back_from_its_record_to_the_last_bit(parts, limits):
     whole, starts = parts
     run = ss.simulate(
-        whole.scene, whole.start(*starts), 1e4 if "time_limit" in limits else DURATION, **limits
+        whole.scene, 1e4 if "time_limit" in limits else DURATION, whole.start(*starts), **limits
     )
     assert run.stop_reason == next(iter(limits), "duration")
     assert_identical(pickle.loads(pickle.dumps(run)), run)
@@ -136,9 +137,9 @@ def test_the_whole_comes_back_from_its_record_to_the_last_bit(parts, limits):
 def test_each_part_keeps_the_states_of_its_own_events(parts):
     """Not a state of the whole at every event: its record is about as large as those of the parts."""
     whole, starts = parts
-    size = len(pickle.dumps(ss.simulate(whole.scene, whole.start(*starts), DURATION).core.record()))
+    size = len(pickle.dumps(ss.simulate(whole.scene, DURATION, whole.start(*starts)).core.record()))
     alone = [
-        len(pickle.dumps(ss.simulate(scene, start, DURATION).core.record()))
+        len(pickle.dumps(ss.simulate(scene, DURATION, start).core.record()))
         for scene, start in zip(whole.scenes, starts, strict=True)
     ]
     assert size == pytest.approx(sum(alone), rel=0.05)
@@ -146,20 +147,20 @@ def test_each_part_keeps_the_states_of_its_own_events(parts):
 
 def test_energy_of_the_whole_closes(parts):
     whole, starts = parts
-    run = ss.simulate(whole.scene, whole.start(*starts), DURATION)
+    run = ss.simulate(whole.scene, DURATION, whole.start(*starts))
     balance = run.balance()
     assert abs(balance.residual) <= 1e-13 * balance.turnover
-    alone = ss.simulate(whole.scenes[0], starts[0], DURATION).balance()
+    alone = ss.simulate(whole.scenes[0], DURATION, starts[0]).balance()
     assert balance.turnover > alone.turnover
 
 
 def test_an_interrupted_part_leaves_all_up_to_there(parts):
     whole, starts = parts
     start = whole.start(*starts)
-    run = ss.simulate(whole.scene, start, 1e4, time_limit=0.05)
+    run = ss.simulate(whole.scene, 1e4, start, time_limit=0.05)
     assert run.stop_reason == "time_limit"
     assert 0.0 < run.duration < 1e4
-    full = ss.simulate(whole.scene, start, min(run.duration, 0.5))
+    full = ss.simulate(whole.scene, min(run.duration, 0.5), start)
     assert np.array_equal(run.events.time[: len(full.events)], full.events.time)
     assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
 
@@ -173,8 +174,8 @@ def test_many_parts_are_asked_often_whether_they_are_to_stop():
     ]
     stiffness = sp.diags_array(np.tile([3e4, 5e4], count)).tocsr()
     scene = ss.Scene(np.ones(2 * count), stiffness, None, np.tile([0.0, -20.0], count), contacts)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=np.tile([-0.05, 0.0], count))
-    run = ss.simulate(scene, start, 1e4, time_limit=1e-3)
+    start = ss.steady_sliding(scene).perturbed(velocity=np.tile([-0.05, 0.0], count))
+    run = ss.simulate(scene, 1e4, start, time_limit=1e-3)
     assert run.stop_reason == "time_limit"
     assert 0.0 < run.duration < 1e4
     assert run.counters["panels"] < 20 * count
@@ -186,9 +187,9 @@ def test_the_part_that_stops_first_stops_all():
     unstable = ss.Scene([1.0], [[-1e8]], damping=slow.damping)
     whole = SideBySide(slow, unstable)
     start = whole.start(disturbed(slow), ss.State([1.0], [0.0], ""))
-    run = ss.simulate(whole.scene, start, DURATION)
+    run = ss.simulate(whole.scene, DURATION, start)
     assert run.stop_reason == "unbounded"
-    alone = ss.simulate(unstable, ss.State([1.0], [0.0], ""), DURATION)
+    alone = ss.simulate(unstable, DURATION, ss.State([1.0], [0.0], ""))
     assert run.duration == alone.duration < DURATION
     assert np.all(run.events.time <= run.duration)
     assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
@@ -230,8 +231,8 @@ def test_contacts_along_slanted_directions_keep_their_parts_apart(parts):
     state = ss.State(
         np.append(rotation.T @ start.position, 1e-3), np.append(rotation.T @ start.velocity, 0.0), "++"
     )
-    run = ss.simulate(scene, state, DURATION)
-    alone = ss.simulate(slow, start, DURATION)
+    run = ss.simulate(scene, DURATION, state)
+    alone = ss.simulate(slow, DURATION, start)
     assert np.abs(run.events.time - alone.events.time).max() < 1e-12
     assert np.array_equal(run.events.combination, alone.events.combination)
 
@@ -247,11 +248,11 @@ def test_a_part_that_is_ahead_by_many_events_does_not_end_the_run():
         ss.Contact(tangential=0, normal=120, friction=0.3, slider_speed=5.0, restitution=0.5),
         ss.Contact(tangential=240, normal=241, friction=0.3, slider_speed=5.0, restitution=0.9),
     ]
-    scene = ss.Scene(np.ones(242), stiffness, ss.Proportional(stiffness=1e-5), force, contacts)
+    scene = ss.Scene(np.ones(242), stiffness, ss.Rayleigh(stiffness=1e-5), force, contacts)
     start = ss.State(position, velocity, "dd")
-    full = ss.simulate(scene, start, 0.3)
+    full = ss.simulate(scene, 0.3, start)
     for most in (40, 60, 150):
-        run = ss.simulate(scene, start, 0.3, max_events=most)
+        run = ss.simulate(scene, 0.3, start, max_events=most)
         assert run.stop_reason == "max_events"
         assert len(run.events) >= most
         assert np.array_equal(run.events.time, full.events.time[: len(run.events)])
@@ -269,8 +270,8 @@ def test_energy_closes_where_parts_slide_by_laws_of_friction(seed):
     ]
     stiffness = np.diag([3e2, 5e4, 4e2, 6e4] * random.uniform(0.8, 1.2, 4))
     force = [0.0, -20.0, 0.0, -20.0]
-    scene = ss.Scene(np.ones(4), stiffness, ss.Proportional(stiffness=1e-5), force, contacts)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=[-0.05, 0.0, 0.05, 0.0])
-    run = ss.simulate(scene, start, random.uniform(0.3, 1.5), max_events=int(random.integers(1, 6)))
+    scene = ss.Scene(np.ones(4), stiffness, ss.Rayleigh(stiffness=1e-5), force, contacts)
+    start = ss.steady_sliding(scene).perturbed(velocity=[-0.05, 0.0, 0.05, 0.0])
+    run = ss.simulate(scene, random.uniform(0.3, 1.5), start, max_events=int(random.integers(1, 6)))
     balance = run.balance()
     assert abs(balance.residual) <= 1e-13 * balance.turnover

@@ -14,7 +14,7 @@ ALPHA, BETA = 40.0, 1e-7
 
 
 def kicked(scene):
-    return ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
+    return ss.steady_sliding(scene).perturbed(velocity={scene.dofs[0]: 0.5})
 
 
 def lumped():
@@ -41,7 +41,7 @@ def under_loads(scene):
     loads = [
         ss.Harmonic({mode: 20.0, contact: 0.5}, frequency=3e3, phase=0.3),
         ss.Harmonic({scene.dofs[-2]: 8.0}, frequency=2.5e4),
-        ss.Steps({mode: 5.0}, [2e-4, 5e-4], [0.0, 1.0, -1.0]),
+        ss.Switched({mode: 5.0}, [2e-4, 5e-4], [0.0, 1.0, -1.0]),
     ]
     return scene.replace(loads=loads)
 
@@ -69,7 +69,7 @@ def in_single_modes(scene):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_same_events_as_without_the_border(name):
-    scene = SCENES[name]().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    scene = SCENES[name]().replace(damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
     alike(scene, in_matrices(scene))
 
 
@@ -81,7 +81,7 @@ def test_the_same_events_with_dampers_on_single_modes(model, loaded):
 
 def compliant(which, **springs):
     """Return a model with springs at some contacts, as parts of what its first contact feels of K."""
-    scene = lumped().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    scene = lumped().replace(damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
     felt = float(np.asarray(scene.stiffness)[0, 0])
     springs = {direction: felt * part for direction, part in springs.items()}
     contacts = [
@@ -103,7 +103,7 @@ COMPLIANT = {
 
 def struck(scene):
     """Return the start of a motion with contacts that open and stick."""
-    return ss.sliding_equilibrium(scene).perturbed(velocity=dict.fromkeys(scene.dofs[:3], -3.0))
+    return ss.steady_sliding(scene).perturbed(velocity=dict.fromkeys(scene.dofs[:3], -3.0))
 
 
 @pytest.mark.parametrize("name", COMPLIANT)
@@ -115,7 +115,7 @@ def test_the_same_events_with_compliant_contacts(name):
 def test_compliant_contacts_belong_to_the_border():
     """What the border serves is bounded by the norm of M, in which panels are longer."""
     scene = COMPLIANT["beside rigid ones"]()
-    runs = [ss.simulate(which, struck(scene), 2e-3, "taylor") for which in (scene, in_matrices(scene))]
+    runs = [ss.simulate(which, 2e-3, struck(scene), method="taylor") for which in (scene, in_matrices(scene))]
     assert runs[0].counters["panels"] < runs[1].counters["panels"]
     assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
 
@@ -126,7 +126,7 @@ def on_modes():
     felt = float(np.asarray(scene.stiffness)[-1, -1] / np.sum(np.square(scene.contacts[0].normal)))
     springs = {"normal_stiffness": 0.2 * felt, "tangential_stiffness": 0.1 * felt}
     contacts = [dataclasses.replace(contact, **springs) for contact in scene.contacts]
-    return scene.replace(contacts=contacts, damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    return scene.replace(contacts=contacts, damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
 
 
 def held_without_mass():
@@ -134,14 +134,14 @@ def held_without_mass():
     scene = lumped()
     mass = np.array(scene.mass, dtype=float)
     mass[: 2 * len(scene.contacts)] = 0.0
-    return scene.replace(mass=mass, damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    return scene.replace(mass=mass, damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
 
 
 def free_without_mass():
     """Return modes of the free structure and its residual flexibility."""
     scene = quad_block(20, 8, 4, lumped=False, sparse=True)
     reduced = ss.fe.reduce(scene, (1e3, 60e3), "massless", combination="++++++", modes=60).scene
-    return reduced.replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    return reduced.replace(damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
 
 
 def shaken(scene):
@@ -176,7 +176,7 @@ def in_full(scene):
 
 def loosened(scene):
     """Return the start of a motion with contacts that open: fast modes are struck."""
-    return ss.sliding_equilibrium(scene).perturbed(velocity=dict.fromkeys(scene.dofs[-20:-10:5], 0.02))
+    return ss.steady_sliding(scene).perturbed(velocity=dict.fromkeys(scene.dofs[-20:-10:5], 0.02))
 
 
 @pytest.mark.parametrize("name", WITHOUT_MASS)
@@ -190,7 +190,8 @@ def test_dofs_without_mass_belong_to_the_border(name):
     """What the border serves is bounded by the norm of M, and not by row sums."""
     scene = WITHOUT_MASS[name]()
     runs = [
-        ss.simulate(which, loosened(scene), 1.0, "taylor", max_events=50) for which in (scene, in_full(scene))
+        ss.simulate(which, 1.0, loosened(scene), method="taylor", max_events=50)
+        for which in (scene, in_full(scene))
     ]
     assert runs[0].counters["panels"] != runs[1].counters["panels"]
     assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
@@ -204,7 +205,7 @@ def alike(scene, without, start=None):
 
 def test_panels_are_not_shorter_than_without_the_border():
     """The norm of M is nearer to the fastest mode than row sums are."""
-    scene = lumped().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
-    runs = [ss.simulate(which, kicked(scene), 2e-3, "taylor") for which in (scene, in_matrices(scene))]
+    scene = lumped().replace(damping=ss.Rayleigh(mass=ALPHA, stiffness=BETA))
+    runs = [ss.simulate(which, 2e-3, kicked(scene), method="taylor") for which in (scene, in_matrices(scene))]
     assert runs[0].counters["panels"] <= runs[1].counters["panels"]
     assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]

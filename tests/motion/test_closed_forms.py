@@ -24,7 +24,7 @@ def test_coulomb_friction_takes_a_fixed_amplitude_per_half_cycle(friction, start
     halves = int(np.ceil(starts - 0.5))
     # Released from rest it slides towards the middle, with friction T = +mu N against it.
     start = ss.State([starts * loss, 0.0], [0.0, 0.0], "+")
-    run = ss.simulate(scene, start, (halves + 1) * np.pi / omega)
+    run = ss.simulate(scene, (halves + 1) * np.pi / omega, start)
     assert len(run.events) == halves
     turns = np.pi / omega * np.arange(1, halves + 1)
     # x' vanishes with slope omega^2 times the distance from the middle of the half cycle.
@@ -59,7 +59,7 @@ def test_stick_slip_with_static_friction(friction, ratio, speed, direction, load
     stick = 2.0 * amplitude / speed
     caught = direction * (friction * load / stiffness - amplitude)
     start = ss.State([caught, 0.0], [direction * speed, 0.0], "s")
-    run = ss.simulate(scene, start, 3.5 * (slip + stick))
+    run = ss.simulate(scene, 3.5 * (slip + stick), start)
     sign = "+" if direction > 0 else "-"
     assert [*run.events.kind[:6]] == [f"slip{sign}", "velocity"] * 3
     assert [*run.events.combination[:6]] == [sign, "s"] * 3
@@ -84,7 +84,7 @@ def test_a_mass_dragged_by_a_belt_through_its_spring(friction, speed, direction,
     scene = oscillator(friction=friction, speed=direction * speed, load=(0.0, -load))
     start = ss.State([0.0, 0.0], [direction * speed, 0.0], "s")
     onset = friction * load / (stiffness * speed)
-    run = ss.simulate(scene, start, onset + 0.9 * 2 * np.pi / omega, method="taylor" if taylor else "auto")
+    run = ss.simulate(scene, onset + 0.9 * 2 * np.pi / omega, start, method="taylor" if taylor else "auto")
     assert run.events.kind.tolist() == ["slip+" if direction > 0 else "slip-"]
     assert run.events.time[0] == pytest.approx(onset, rel=20 * EPS)
     after = np.linspace(0.0, 0.9, 50) * 2 * np.pi / omega
@@ -106,7 +106,7 @@ def test_bounces_of_a_falling_mass_accumulate(restitution, height, gravity, tayl
     arrival = gravity * fall
     end = fall + 2.0 * arrival / gravity * restitution / (1.0 - restitution)
     start = ss.State([0.0, height], [0.0, 0.0], "d")
-    run = ss.simulate(scene, start, 1.1 * end, method="taylor" if taylor else "auto")
+    run = ss.simulate(scene, 1.1 * end, start, method="taylor" if taylor else "auto")
     (limit,) = run.accumulations
     assert run.events.kind[limit.event] == "accumulation"
     assert set(run.events.kind[: limit.event]) == {"impact"}
@@ -132,7 +132,7 @@ def test_a_coarser_accumulation_skips_the_bounces_it_says(tolerance):
     scene = oscillator(restitution=restitution, stiffness=(3e4, 0.0), load=(0.0, -MASS * gravity))
     fall = np.sqrt(2.0 * height / gravity)
     end = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
-    run = ss.simulate(scene, ss.State([0.0, height], [0.0, 0.0], "d"), 1.0, accumulation_tolerance=tolerance)
+    run = ss.simulate(scene, 1.0, ss.State([0.0, height], [0.0, 0.0], "d"), accumulation_tolerance=tolerance)
     (limit,) = run.accumulations
     bounces = limit.event
     rest = 2.0 * fall * restitution**bounces / (1.0 - restitution)
@@ -154,7 +154,7 @@ def test_impact_of_an_oscillator_on_a_rigid_stop(lift, restitution):
     # Thrown back with e times the speed: half a period plus or minus the phase of the throw.
     back = restitution * arrival
     flight = 2.0 * np.arctan2(back, omega * depth) / omega
-    run = ss.simulate(scene, ss.State([0.0, lift], [0.0, 0.0], "d"), first + 0.9 * flight + 1e-4)
+    run = ss.simulate(scene, first + 0.9 * flight + 1e-4, ss.State([0.0, lift], [0.0, 0.0], "d"))
     assert run.events.kind.tolist() == ["impact"]
     assert run.events.time[0] == pytest.approx(first, rel=20 * EPS * (1.0 + depth / lift))
     position, velocity = run.event_states()
@@ -174,7 +174,7 @@ def test_free_oscillator_on_a_stop_at_its_equilibrium(restitution, speed, bounce
     scene = oscillator(restitution=restitution, load=(0.0, 0.0))
     duration = (bounces + 0.5) * np.pi / omega
     start = ss.State([0.0, 0.0], [0.0, speed], "d")
-    run = ss.simulate(scene, start, duration, method="taylor" if taylor else "auto")
+    run = ss.simulate(scene, duration, start, method="taylor" if taylor else "auto")
     assert run.events.kind.tolist() == ["impact"] * bounces
     k = np.arange(1, bounces + 1)
     # Each half cycle is as exact as omega, whose own rounding they all share.
@@ -190,7 +190,7 @@ def test_release_when_the_normal_force_reaches_zero():
     stiffness = np.array([[1e4, 0.0, 0.0], [0.0, tie, -tie], [0.0, -tie, tie]])
     scene = ss.Scene([1.0, 1.0, 0.5], stiffness, force=[0.0, -5.0, 0.0], contacts=[contact])
     amplitude = 1e-3
-    run = ss.simulate(scene, ss.State([0, 0, -amplitude], [0, 0, 0], "+"), 0.02)
+    run = ss.simulate(scene, 0.02, ss.State([0, 0, -amplitude], [0, 0, 0], "+"))
     # N = 5 - tie * y with y = -amplitude cos(w t) rising through zero to 5 / tie.
     expected = np.arccos(-5.0 / (tie * amplitude)) / np.sqrt(tie / 0.5)
     assert run.events.kind[0] == "release"
@@ -203,10 +203,10 @@ def test_viscous_decay_between_impacts(ratio, restitution):
     """At damping ratio z a half cycle lasts pi / (w sqrt(1 - z^2)) and keeps exp(-pi z / sqrt(1 - z^2))."""
     omega = np.sqrt(5e4 / MASS)
     scene = oscillator(
-        restitution=restitution, load=(0.0, 0.0), damping=ss.Proportional(mass=2.0 * ratio * omega)
+        restitution=restitution, load=(0.0, 0.0), damping=ss.Rayleigh(mass=2.0 * ratio * omega)
     )
     damped = omega * np.sqrt(1.0 - ratio**2)
-    run = ss.simulate(scene, ss.State([0.0, 0.0], [0.0, 0.1], "d"), 8.5 * np.pi / damped)
+    run = ss.simulate(scene, 8.5 * np.pi / damped, ss.State([0.0, 0.0], [0.0, 0.1], "d"))
     k = np.arange(1, 9)
     assert run.events.kind.tolist() == ["impact"] * 8
     assert np.abs(run.events.time * damped / (np.pi * k) - 1.0).max() <= 20 * EPS

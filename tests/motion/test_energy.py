@@ -15,7 +15,7 @@ RESTITUTION = (0.0, 0.3, 0.8, 1.0)
 
 def motion(scene, drawn, strength, duration, **options):
     """A run from the kicked equilibrium, where the kick leaves all contacts pressed."""
-    return ss.simulate(scene, drawn.kicked(strength), duration, **options)
+    return ss.simulate(scene, duration, drawn.kicked(strength), **options)
 
 
 def closed(balance):
@@ -26,7 +26,7 @@ def closed(balance):
 def dense(scene):
     """Mass, damping and stiffness as full matrices."""
     mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    if isinstance(scene.damping, ss.Proportional):
+    if isinstance(scene.damping, ss.Rayleigh):
         return mass, scene.damping.mass * mass + scene.damping.stiffness * scene.stiffness, scene.stiffness
     return mass, scene.damping if scene.damping is not None else np.zeros_like(mass), scene.stiffness
 
@@ -71,12 +71,12 @@ def test_rate_of_energy_and_powers_agree_at_any_time(drawn, strength):
 @given(drawn_scenes(restitution=(0.0, 0.5, 1.0), max_friction=0.0), st.floats(0.5, 6.0))
 def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
     scene = drawn.scene.replace(damping=None)
-    start = ss.sliding_equilibrium(scene)
+    start = ss.steady_sliding(scene)
     velocity = np.zeros(scene.size)
     velocity[-1] = 0.2 * strength
     # The start of every phase is rounded to an ulp of its energy, the same one in a series of bounces:
     # 200 of them are 4e-14.
-    run = ss.simulate(scene, start.perturbed(velocity=velocity), 0.05, max_events=200)
+    run = ss.simulate(scene, 0.05, start.perturbed(velocity=velocity), max_events=200)
     balance = run.balance()
     assert (balance.contact, balance.damping) == (0.0, 0.0)
     end = run.energy([0.0, run.duration])
@@ -92,7 +92,7 @@ def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
 def test_what_an_impact_takes(drawn, strength, impact_friction):
     """Normal: 1/2 m (1 - e^2) g'^2; tangential impulse: slider work p_t v, heat -p_t (s+ + s-) / 2."""
     scene = drawn.scene.replace(impact_friction=impact_friction)
-    run = ss.simulate(scene, drawn.lifted(strength), 0.05, max_events=100)
+    run = ss.simulate(scene, 0.05, drawn.lifted(strength), max_events=100)
     mechanics = Mechanics(scene)
     impacts = list(single_impacts(run))
     assert impacts
@@ -138,7 +138,7 @@ def test_balances_of_adjoining_intervals_add_up(drawn, strength, data):
 @given(drawn_scenes(), st.floats(0.5, 3.0))
 def test_both_kinds_of_motion_give_the_same_works(drawn, strength):
     modal = motion(drawn.scene, drawn, strength, 0.03, max_events=60)
-    taylor = ss.simulate(drawn.scene, modal.start, 0.03, method="taylor", max_events=60)
+    taylor = ss.simulate(drawn.scene, 0.03, modal.start, method="taylor", max_events=60)
     assert modal.events.kind.tolist() == taylor.events.kind.tolist()
     a, b = modal.balance(), taylor.balance()
     for name in ("stored", "contact", "external", "damping", "impact"):
@@ -151,8 +151,8 @@ def test_both_kinds_of_motion_give_the_same_works(drawn, strength):
 def test_fast_modes_cost_nothing_once_they_have_decayed():
     """Time constants of 1e-6 s and 1e-1 s in one scene: panels follow what still moves."""
     stiffness = np.array([[4e6, -3e6], [-3e6, 3e6 + 2e3]])
-    scene = ss.Scene([1e-6, 2.0], stiffness, damping=ss.Proportional(stiffness=5e-7), force=[0.0, -20.0])
-    run = ss.simulate(scene, ss.State([1e-4, 1e-3], [0.3, 0.2], ""), 0.5)
+    scene = ss.Scene([1e-6, 2.0], stiffness, damping=ss.Rayleigh(stiffness=5e-7), force=[0.0, -20.0])
+    run = ss.simulate(scene, 0.5, ss.State([1e-4, 1e-3], [0.3, 0.2], ""))
     balance = run.balance()
     # The fast mode, |lambda| = 2e6 1/s, decays at 1e6 1/s and counts for 36 of its time constants; the slow
     # one has sqrt(7.5e5 / 2) 1/s. Panels have |lambda| times width = 6; one more each for rounding up.
@@ -167,14 +167,14 @@ def test_limit_of_bounces_takes_the_rest_of_the_relative_motion():
     mass, load, height = 1.5, 20.0, 0.01
     contact = ss.Contact(tangential=0, normal=1, friction=0.0, slider_speed=0.0, restitution=0.5)
     scene = ss.Scene([mass, mass], np.diag([0.0, 0.0]), force=[0.0, -load], contacts=[contact])
-    run = ss.simulate(scene, ss.State([0.0, height], [0.0, 0.0], "d"), 0.3)
+    run = ss.simulate(scene, 0.3, ss.State([0.0, height], [0.0, 0.0], "d"))
     assert run.events.kind[-1] == "accumulation"
     balance = run.balance()
     assert balance.impact == pytest.approx(load * height, rel=1e-14 * len(run.events))
     assert balance.external == pytest.approx(load * height, rel=4 * EPS)
     assert closed(balance) <= 1e-14
     # Cut short by a coarse tolerance, the sum of what is left is the same geometric series.
-    coarse = ss.simulate(scene, ss.State([0.0, height], [0.0, 0.0], "d"), 0.3, accumulation_tolerance=1e-3)
+    coarse = ss.simulate(scene, 0.3, ss.State([0.0, height], [0.0, 0.0], "d"), accumulation_tolerance=1e-3)
     assert len(coarse.events) < len(run.events)
     assert coarse.balance().impact == pytest.approx(load * height, rel=1e-13)
 
@@ -194,15 +194,15 @@ def test_coupled_contacts_close_too():
     scene = ss.Scene(
         mass,
         stiffness,
-        damping=ss.Proportional(1.0, 2e-5),
+        damping=ss.Rayleigh(1.0, 2e-5),
         force=force,
         contacts=contacts,
         impact_friction=True,
     )
-    start = ss.sliding_equilibrium(scene)
+    start = ss.steady_sliding(scene)
     velocity = np.zeros(size)
     velocity[4:] = 2.0, -1.5
-    run = ss.simulate(scene, start.perturbed(velocity=velocity), 0.1)
+    run = ss.simulate(scene, 0.1, start.perturbed(velocity=velocity))
     assert np.count_nonzero(run.events.kind == "impact") > 5
     balance = run.balance()
     assert closed(balance) <= 1e-12
@@ -213,7 +213,7 @@ def test_coupled_contacts_close_too():
 def test_nothing_is_computed_before_it_is_asked_for(standard):
     """The counters of a run are those without energies; each balance counts its own states."""
     scene = standard.scene.replace()
-    run = ss.simulate(scene, standard.start, standard.duration)
+    run = ss.simulate(scene, standard.duration, standard.start)
     before = dict(run.core.counters)
     balance = run.balance()
     run.energy(np.linspace(0.0, 0.6, 50))
@@ -234,7 +234,7 @@ def test_nothing_is_computed_before_it_is_asked_for(standard):
     ],
 )
 def test_hostile_intervals(arguments, message, standard):
-    run = ss.simulate(standard.scene, standard.start, 0.5)
+    run = ss.simulate(standard.scene, 0.5, standard.start)
     with pytest.raises(ss.InputError, match=message):
         run.balance(*arguments)
     with pytest.raises(ss.InputError, match="times"):
@@ -242,7 +242,7 @@ def test_hostile_intervals(arguments, message, standard):
 
 
 def test_an_empty_interval_is_all_zero(standard):
-    run = ss.simulate(standard.scene, standard.start, 0.5)
+    run = ss.simulate(standard.scene, 0.5, standard.start)
     balance = run.balance(0.2, 0.2)
     assert (balance.stored, balance.contact, balance.damping, balance.residual) == (0.0, 0.0, 0.0, 0.0)
 
@@ -259,13 +259,13 @@ def test_a_balance_that_does_not_close_says_so(stiffness, closes):
     scene = ss.Scene(
         np.ones(4),
         np.diag([1e4, 1e4, 1e5, 1e5]) + stiffness * tie,
-        damping=ss.Proportional(mass=1.0),
+        damping=ss.Rayleigh(mass=1.0),
         force=[0.0, 0.0, -100.0, -100.0],
         contacts=[ss.Contact(tangential=k, normal=2 + k, **rubs) for k in (0, 1)],
     )
-    rest = ss.sliding_equilibrium(scene)
+    rest = ss.steady_sliding(scene)
     start = ss.State(rest.position, [0.05, 0.05, 0.0, 0.0], "++")
-    balance = ss.simulate(scene, start, 0.02).balance()
+    balance = ss.simulate(scene, 0.02, start).balance()
     assert balance.closes == closes
     for text in (repr(balance), str(balance.summary())):
         assert ("does not close" in text) == (not closes), text
@@ -274,6 +274,6 @@ def test_a_balance_that_does_not_close_says_so(stiffness, closes):
 def test_a_free_vibration_does_no_work_and_its_balance_closes():
     """After a period nothing has changed: the residual is rounding of the energy, not of the work."""
     scene = ss.Scene([1.0], [[(2 * np.pi) ** 2]])
-    balance = ss.simulate(scene, ss.State([1.0], [0.0], ""), 1.0).balance()
+    balance = ss.simulate(scene, 1.0, ss.State([1.0], [0.0], "")).balance()
     assert balance.turnover == 0.0
     assert balance.closes

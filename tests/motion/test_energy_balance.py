@@ -54,7 +54,7 @@ class Energy:
 @given(drawn_scenes(), st.data())
 def test_power_balance_along_phases(drawn, data):
     scene = drawn.scene
-    run = ss.simulate(scene, drawn.kicked(data.draw(st.floats(0.3, 3.0), label="strength")), 0.05)
+    run = ss.simulate(scene, 0.05, drawn.kicked(data.draw(st.floats(0.3, 3.0), label="strength")))
     energy = Energy(scene)
     bounds = np.concatenate([[0.0], run.events.time, [run.duration]])
     for begin, end in itertools.pairwise(bounds):
@@ -75,7 +75,7 @@ def test_power_balance_along_phases(drawn, data):
 def test_an_impact_takes_its_share_of_the_normal_energy(drawn, data):
     scene = drawn.scene
     start = drawn.lifted(data.draw(st.floats(1.0, 6.0), label="strength"))
-    run = ss.simulate(scene, start, 0.05, max_events=400)
+    run = ss.simulate(scene, 0.05, start, max_events=400)
     energy = Energy(scene)
     seen = 0
     for time, contact in zip(run.events.time, run.events.contact, strict=True):
@@ -105,7 +105,7 @@ def test_an_impact_takes_its_share_of_the_normal_energy(drawn, data):
 
 
 def test_energy_of_the_standard_run_closes_over_all_its_phases(standard):
-    run = ss.simulate(standard.scene, standard.start, standard.duration)
+    run = ss.simulate(standard.scene, standard.duration, standard.start)
     energy = Energy(standard.scene)
     bounds = np.concatenate([[0.0], run.events.time, [run.duration]])
     works, turnover, lost = np.zeros(3), 0.0, 0.0

@@ -36,7 +36,7 @@ def dense_scene(seed, *, lumped=False, beside=False):
     return ss.Scene(
         mass,
         0.5 * (stiffness + stiffness.T),
-        damping=ss.Proportional(mass=5.0, stiffness=BETA),
+        damping=ss.Rayleigh(mass=5.0, stiffness=BETA),
         force=-np.transpose(directions[1::2]) @ rng.uniform(50.0, 100.0, contacts),
         contacts=[
             ss.Contact(
@@ -57,7 +57,7 @@ def dense_scene(seed, *, lumped=False, beside=False):
 def pushed(scene, seed):
     """Return steady sliding, with slip velocities disturbed."""
     rng = np.random.default_rng(seed)
-    start = ss.sliding_equilibrium(scene)
+    start = ss.steady_sliding(scene)
     rubbing = [one for one in scene.contacts if one.tangential is not None]
     rows = [one.tangential for one in rubbing] + [
         one.normal for one in scene.contacts if one.normal is not None
@@ -82,14 +82,14 @@ def test_the_same_events_as_of_dense_matrices(seed, lumped, beside):
 def test_panels_are_as_long_as_those_of_dense_matrices():
     scene = dense_scene(0)
     start = pushed(scene, 0)
-    runs = [ss.simulate(which, start, 0.02, "taylor") for which in (scene, in_matrices(scene))]
+    runs = [ss.simulate(which, 0.02, start, method="taylor") for which in (scene, in_matrices(scene))]
     assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
     assert abs(runs[0].counters["panels"] - runs[1].counters["panels"]) <= 0.02 * runs[1].counters["panels"]
 
 
 def test_a_motion_is_restored_to_the_last_bit():
     scene = dense_scene(1)
-    run = ss.simulate(scene, pushed(scene, 1), 1.0, "taylor", max_events=20)
+    run = ss.simulate(scene, 1.0, pushed(scene, 1), method="taylor", max_events=20)
     again = pickle.loads(pickle.dumps(run))
     times = np.linspace(0.0, run.duration, 50)
     for quantity in ("position", "velocity"):
@@ -103,8 +103,8 @@ def test_friction_under_a_given_force_holds_its_balance_beside_modes():
     stiffness[0, 1:] = stiffness[1:, 0] = -3e3
     stiffness[0, 0] = 1e6
     contact = ss.Contact(tangential=0, normal_force=20.0, friction=0.3, slider_speed=0.1)
-    scene = ss.Scene(np.ones(size), stiffness, damping=ss.Proportional(stiffness=1e-6), contacts=[contact])
+    scene = ss.Scene(np.ones(size), stiffness, damping=ss.Rayleigh(stiffness=1e-6), contacts=[contact])
     steady = np.linalg.solve(stiffness, 6.0 * np.eye(size)[0])
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.05, "taylor")
+    run = ss.simulate(scene, 0.05, ss.steady_sliding(scene), method="taylor")
     position = run.sample(np.linspace(0.0, 0.05, 20)).position.to_numpy()
     np.testing.assert_allclose(position, np.tile(steady, (20, 1)), rtol=0, atol=1e-14 * np.abs(steady).max())

@@ -20,7 +20,7 @@ def test_a_start_beside_a_knot_is_in_the_right_piece(apart: float, side: float) 
         return [y[1], -100.0 * y[0] - 10.0 * float(TABLE.coefficient(y[1]))]
 
     exact = solve_ivp(rates, (0.0, 0.05), start, "DOP853", rtol=1e-13, atol=1e-15, max_step=1e-3)
-    run = ss.simulate(scene, ss.State([start[0]], [start[1]], "-", dofs=["x"]), duration=0.05)
+    run = ss.simulate(scene, 0.05, ss.State([start[0]], [start[1]], "-", dofs=["x"]))
     end = run.state(0.05)
     assert abs(end.position[0] - exact.y[0, -1]) < 1e-11
     assert abs(end.velocity[0] - exact.y[1, -1]) < 1e-11
@@ -30,7 +30,7 @@ def swinging(friction: object, amplitude: float) -> object:
     """Return the run of a block on a spring that swings with an amplitude."""
     contact = ss.Contact(tangential=0, normal_force=1.0, friction=friction, slider_speed=0.1)
     scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
-    return ss.simulate(scene, ss.State([amplitude], [0.05], "+"), 3.0, max_events=100)
+    return ss.simulate(scene, 3.0, ss.State([amplitude], [0.05], "+"), max_events=100)
 
 
 @pytest.mark.parametrize("speed", [1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12])
@@ -63,7 +63,7 @@ def test_slip_whose_beginning_is_lost_in_rounding_is_refused(law: type, damping:
     with pytest.raises(
         ss.RunError, match=r"contact 0 at t = 0\.00(49|5) s: its friction changes over"
     ) as error:
-        ss.simulate(scene, ss.State([0.0], [0.1], "s"), 1.0, max_events=100)
+        ss.simulate(scene, 1.0, ss.State([0.0], [0.1], "s"), max_events=100)
     assert len(error.value.partial.events) == 1
 
 
@@ -78,7 +78,7 @@ GROWING = [
 def test_a_motion_that_grows_without_bound_says_so(law: object) -> None:
     contact = ss.Contact(tangential=0, normal_force=1.0, friction=law, slider_speed=0.1)
     scene = ss.Scene([1.0], [[-100.0]], contacts=[contact])
-    run = ss.simulate(scene, ss.State([1.0], [0.2], "-"), 1000.0)
+    run = ss.simulate(scene, 1000.0, ss.State([1.0], [0.2], "-"))
     assert run.stop_reason == "unbounded"
     assert run.state(run.duration).position[0] > 1e150
 
@@ -90,7 +90,7 @@ def test_a_swing_that_outgrows_its_law_is_not_called_unbounded(law: object) -> N
     with pytest.raises(
         ss.RunError, match=r"contact 0 at t = .*: its friction changes over slip speeds"
     ) as error:
-        ss.simulate(scene, ss.State([1.0], [0.2], "-"), 1000.0)
+        ss.simulate(scene, 1000.0, ss.State([1.0], [0.2], "-"))
     run = error.value.partial
     last = run.state(run.duration)
     assert np.isfinite(last.position[0])

@@ -115,11 +115,11 @@ def test_accuracy_does_not_depend_on_the_distance_to_a_defective_point(point, di
     # The spacing of floats is all that the nearest one can miss.
     assert abs(abs(mp.mpf(friction) - defective) - distance) <= np.spacing(friction)
     scene = scene_at(friction)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-4})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-4})
     moving = [0, 1, 2, 4, 5, 6]
     x, v = exact_state(friction, start.position[moving], start.velocity[moving])
     for method in ("auto", "taylor"):
-        run = ss.simulate(scene, start, DURATION, method=method)
+        run = ss.simulate(scene, DURATION, start, method=method)
         assert len(run.events) == 0
         end = run.state(DURATION)
         assert np.abs(end.position[moving] - x).max() <= 1e-12 * np.abs(x).max()
@@ -134,7 +134,7 @@ def test_modes_are_used_far_away_and_left_close_by(point):
     used = []
     for distance in DISTANCES:
         scene = scene_at(float(defective + side * mp.mpf(distance)))
-        run = ss.simulate(scene, ss.sliding_equilibrium(scene), 1e-3)
+        run = ss.simulate(scene, 1e-3, ss.steady_sliding(scene))
         used.append(run.counters["taylor_phases"])
     assert used == sorted(used)
     assert used[0] == 0
@@ -153,14 +153,14 @@ def test_errors_are_a_part_of_the_motion_at_any_distance(point, exponent, side, 
     friction = float(defective + side * mp.mpf(10) ** exponent)
     assume(friction > 0.0)
     scene = scene_at(friction)
-    rest = ss.sliding_equilibrium(scene)
+    rest = ss.steady_sliding(scene)
     moving = [0, 1, 2, 4, 5, 6]
     static = np.abs(rest.position).max()
     position, velocity = rest.position.copy(), rest.velocity.copy()
     position[moving] += 1e-4 * static * np.array(shape[:6])
     velocity[moving] += 1e-4 * static * LOWEST * np.array(shape[6:])
     start = ss.State(position, velocity, rest.combination)
-    runs = {method: ss.simulate(scene, start, DURATION, method=method) for method in ("auto", "taylor")}
+    runs = {method: ss.simulate(scene, DURATION, start, method=method) for method in ("auto", "taylor")}
     # Far above the second point the motion grows until contacts are lost.
     still = {method: len(run.events) == 0 for method, run in runs.items()}
     assert still["auto"] == still["taylor"]

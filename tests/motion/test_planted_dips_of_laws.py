@@ -38,7 +38,7 @@ def turning(scene: ss.Scene, start: ss.State) -> tuple[mpf, mpf]:
 @pytest.mark.parametrize("law", LAWS, ids=repr)
 def test_no_dip_is_missed_at_any_place_of_a_panel(law):
     scene = blocks(law)
-    steady = ss.sliding_equilibrium(scene)
+    steady = ss.steady_sliding(scene)
     widest = 0.0
     for k in range(60):
         # The slower the second block, the sooner it turns: anywhere in the first panel, and beyond.
@@ -46,10 +46,10 @@ def test_no_dip_is_missed_at_any_place_of_a_panel(law):
         start = ss.State(start.position + np.array([0.0, 0.02]), start.velocity, start.combination)
         at, highest = turning(scene, start)
         end = 1.2 * float(at)
-        widest = max(widest, ss.simulate(scene, start, end).counters["panels"])
+        widest = max(widest, ss.simulate(scene, end, start).counters["panels"])
 
         def swing(gap: mpf, start: ss.State = start, end: float = end) -> ss.Trajectory:
-            return ss.simulate(blocks(law, float(gap)), ss.State(start.position, start.velocity, "+d"), end)
+            return ss.simulate(blocks(law, float(gap)), end, ss.State(start.position, start.velocity, "+d"))
 
         (touch,) = swing(highest).grazings
         bound = touch.uncertainty

@@ -65,7 +65,7 @@ def check(case, rng, structure, duration):
     scene, start = ss.Scene(mass, stiffness, damping=c, force=load), ss.State(x, v, "")
     for method in ("modal", "auto", "taylor"):
         try:
-            state = ss.simulate(scene, start, duration, method=method).state(duration)
+            state = ss.simulate(scene, duration, start, method=method).state(duration)
         except ss.InputError:
             if method != "modal":
                 raise
@@ -109,6 +109,6 @@ def test_modes_remain_for_a_body_that_is_held():
     """A support 1e-6 times as stiff as the structure is no rigid body."""
     chain = np.diag([1.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
     scene = ss.Scene(np.eye(3), 1e6 * chain + np.diag([1.0, 0.0, 0.0]), force=[0.0, 0.0, 1.0])
-    run = ss.simulate(scene, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), 0.01, method="modal")
-    series = ss.simulate(scene, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), 0.01, method="taylor")
+    run = ss.simulate(scene, 0.01, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), method="modal")
+    series = ss.simulate(scene, 0.01, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), method="taylor")
     assert np.abs(run.state(0.01).velocity - series.state(0.01).velocity).max() <= ACCURACY

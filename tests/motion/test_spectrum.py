@@ -14,7 +14,7 @@ from stickslip.show.style import HATCHES, STYLES
 @pytest.fixture(scope="module")
 def run():
     scene = ss.models.two_subsystems()
-    return ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    return ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_the_series_is_the_motion(cycle):
 
 def test_a_doubled_period_has_a_line_at_half_the_main_frequency():
     scene = ss.models.two_subsystems(friction=3.0)
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     lines = run.spectrum("x2").amplitude
     main = float(lines.frequency[1:][int(np.argmax(lines.to_numpy()[1:]))])
     assert main == pytest.approx(112.0, abs=1.0)

@@ -41,12 +41,12 @@ def test_a_fast_dashpot_makes_no_mode_ill_conditioned():
 
 def test_work_goes_by_the_events_and_not_by_the_fastest_mode():
     scene = stiff_scene()
-    run = ss.simulate(scene, STUCK, 2.0)
+    run = ss.simulate(scene, 2.0, STUCK)
     assert run.stop_reason == "duration"
     assert run.counters["taylor_phases"] == 0
     assert run.counters["panels"] < 30 * len(run.events)
     # The same events by short steps, as far as these reach in bearable time.
-    short = ss.simulate(scene, STUCK, 0.05, method="taylor")
+    short = ss.simulate(scene, 0.05, STUCK, method="taylor")
     n = len(short.events)
     assert n >= 3
     assert np.array_equal(run.events.combination[:n], short.events.combination)
@@ -91,7 +91,7 @@ def test_every_time_scale_against_the_matrix_exponential(duration):
     """Every coordinate to its own digits, 60 digits for comparison; the belt runs away, so nothing sticks."""
     scene = stiff_scene(slider_speed=1e4)
     start = ss.State(np.zeros(4), [0.1, 0.0, 0.0, 0.2], "+")
-    run = ss.simulate(scene, start, duration)
+    run = ss.simulate(scene, duration, start)
     assert len(run.events) == 0
     assert run.counters["panels"] <= 5
     end = run.state(duration)

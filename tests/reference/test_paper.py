@@ -53,7 +53,7 @@ def test_there_is_one_function_for_each():
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_gallery_shows_what_is_drawn_today(number, tmp_path):
     # Drawn anew: a test before may have laid out what `drawn` keeps.
-    ss.plot.save(paper.FIGURES[number](), tmp_path / "figure.png")
+    ss.save(paper.FIGURES[number](), tmp_path / "figure.png")
     assert_shown(f"gallery/figure-{number:02}.png", tmp_path / "figure.png")
 
 
@@ -61,7 +61,7 @@ def test_the_gallery_shows_what_is_drawn_today(number, tmp_path):
 @pytest.mark.parametrize("number", NUMBERS)
 def test_is_legible_in_a_column(number, tmp_path):
     figure = drawn(number)
-    ss.plot.save(figure, tmp_path / "figure.svg")
+    ss.save(figure, tmp_path / "figure.svg")
     width, height = 25.4 * figure.get_size_inches()
     assert width == pytest.approx(85.0)
     assert height <= 160.0

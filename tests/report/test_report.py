@@ -195,7 +195,7 @@ def test_a_scene_without_limit_cycle_has_a_page(scene, says):
 
 def test_under_a_law_of_friction_stability_is_told_over_slider_speed():
     law = ss.friction.Stribeck(static=0.6, kinetic=0.3, speed=0.2)
-    damping = ss.Proportional(mass=0.5)
+    damping = ss.Rayleigh(mass=0.5)
     # mu' N = -(damping) at the Hopf point: 0.3 / 0.2 exp(-v / 0.2) 10 N = 0.5 kg/s.
     expected = 0.2 * np.log(0.3 / 0.2 * 10.0 / 0.5)
     found = findings(belt(friction=law, slider_speed=0.5).replace(damping=damping), "law")
@@ -214,7 +214,7 @@ def test_under_a_law_of_friction_stability_is_told_over_slider_speed():
 def test_quantities_of_a_slow_large_motion_have_units_that_suit_them():
     belt = ss.Contact(tangential="x", friction=0.2, static_friction=0.4, normal_force=10.0, slider_speed=0.5)
     scene = ss.Scene([1.0], [[1.0]], [[0.0]], [0.0], contacts=[belt], dofs=["x"])
-    start = Known(start=ss.sliding_equilibrium(scene).perturbed(velocity={"x": -9.0}))
+    start = Known(start=ss.steady_sliding(scene).perturbed(velocity={"x": -9.0}))
     found = findings(scene, "slow", known=start)
     outline = Outline(page(found))
     period = found.cycle.period
@@ -382,7 +382,7 @@ def test_many_dofs_are_drawn_at_fewer_instants_and_told_from_the_last_quarter():
     force = np.zeros(size)
     force[1] = -10.0
     scene = ss.Scene(np.ones(size), stiffness, force=force, contacts=[contact])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x3": 1e-3})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x3": 1e-3})
     found = findings(scene, "x", start=start, settings={"duration": 1.0})
     assert found.since == 0.75
     assert float(found.balance.contacts.time.sum()) == pytest.approx(0.25)

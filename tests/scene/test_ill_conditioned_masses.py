@@ -50,7 +50,7 @@ def test_a_mass_near_singular_is_factorised_or_refused(seed):
     scene, rest = drawn(seed), ss.State(np.zeros(SIZE), np.zeros(SIZE), "dd")
     questions = [
         lambda: ss.complex_modes(scene, "++"),
-        lambda: ss.sliding_equilibrium(scene),
-        lambda: ss.simulate(scene, rest, 1e-3, max_events=50),
+        lambda: ss.steady_sliding(scene),
+        lambda: ss.simulate(scene, 1e-3, rest, max_events=50),
     ]
     assert not [reason for reason in map(refusal, questions) if "internal error" in reason]

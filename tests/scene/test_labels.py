@@ -16,7 +16,7 @@ def scene(**changes):
 
 
 def moved(start, of=None):
-    run = ss.simulate(of or scene(), start, 0.01)
+    run = ss.simulate(of or scene(), 0.01, start)
     return run.sample([0.01]).position.to_numpy()[0]
 
 
@@ -34,7 +34,7 @@ def test_a_state_is_taken_by_the_names_of_its_dofs():
 def test_a_state_with_names_that_the_scene_has_not_is_refused(names, unknown):
     start = ss.State([1.0, 0.0], [0.0, 0.0], "", names)
     with pytest.raises(ss.InputError, match=f"start: dofs: the scene has no dof '{unknown}'"):
-        ss.simulate(scene(), start, 1.0)
+        ss.simulate(scene(), 1.0, start)
     (outcome,) = ss.simulate_many([scene()], [start], duration=1.0)
     assert "no dof" in str(outcome.error)
 
@@ -82,7 +82,7 @@ def test_directions_and_loads_are_taken_by_their_labels(which, tmp_path):
     np.testing.assert_array_equal(one.normal_direction(0), [0.6, 0.8])
     assert one.loads[0].amplitude == {"y": 0.8, "x": 0.6}
     ss.save(one, tmp_path / "scene.toml")
-    np.testing.assert_array_equal(ss.load_scene(tmp_path / "scene.toml").normal_direction(0), [0.6, 0.8])
+    np.testing.assert_array_equal(ss.load(tmp_path / "scene.toml").scene.normal_direction(0), [0.6, 0.8])
 
 
 def test_labels_that_are_no_dofs_are_refused():

@@ -90,7 +90,7 @@ def test_every_parameter_of_two_subsystems_has_a_name_and_one_value_per_contact(
     )
     assert scene.mass.tolist() == [0.1, 0.1, 0.3, 0.3, 0.2, 0.2, 0.4, 0.4]
     assert scene.force[[1, 5]] == pytest.approx([-6003.0, -14004.0], rel=1e-15)
-    assert scene.damping == ss.Proportional(stiffness=2e-5)
+    assert scene.damping == ss.Rayleigh(stiffness=2e-5)
     assert scene.impact_friction
     assert [(c.friction, c.slider_speed, c.static_friction, c.restitution) for c in scene.contacts] == [
         (0.5, 0.1, 0.7, 0.1),

@@ -72,9 +72,9 @@ def test_against_every_choice_of_open_contacts(count, problems):
         if not expected:
             none += 1
             with pytest.raises(ss.InputError, match=r"no equilibrium with open contacts was found"):
-                ss.sliding_equilibrium(scene)
+                ss.steady_sliding(scene)
             continue
-        found = ss.sliding_equilibrium(scene)
+        found = ss.steady_sliding(scene)
         closed = tuple(letter != "d" for letter in found.combination)
         match = [(x, n) for choice, x, n in expected if choice == closed]
         assert len(match) == 1
@@ -92,7 +92,7 @@ def test_against_every_choice_of_open_contacts(count, problems):
         opened += "d" in found.combination
         several += not found.unique
         # As it is, it is a start, at rest.
-        ss.simulate(scene, found, 1e-3, method="taylor", max_events=1)
+        ss.simulate(scene, 1e-3, found, method="taylor", max_events=1)
         forces_there = found.contact_forces(scene).normal_force.to_numpy()
         assert forces_there == pytest.approx(forces, abs=1e-8 * np.abs(scene.force).max())
     assert opened > problems // 3
@@ -108,7 +108,7 @@ def test_a_mass_that_only_contacts_hold():
         ss.Contact(tangential=2, normal=3, friction=0.2, slider_speed=1.0, gap=1e-3),
     ]
     scene = ss.Scene(np.ones(4), stiffness, force=[0.0, -5.0, 0.0, -3.0], contacts=contacts)
-    found = ss.sliding_equilibrium(scene)
+    found = ss.steady_sliding(scene)
     assert found.combination == "++"
     assert found.normal_forces == pytest.approx([5.0, 3.0], rel=1e-14)
     assert found.position == pytest.approx([1e-3, 0.0, 6e-4, -1e-3], rel=1e-14)
@@ -119,7 +119,7 @@ def test_a_load_that_vanishes_keeps_contacts_closed():
     scene = ss.Scene(
         [1.0, 1.0], np.eye(2), contacts=[ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0)]
     )
-    found = ss.sliding_equilibrium(scene)
+    found = ss.steady_sliding(scene)
     assert (found.combination, found.normal_forces.tolist(), found.unique) == ("+", [0.0], True)
 
 
@@ -136,9 +136,9 @@ def test_two_equilibria_are_both_shown():
         expected = equilibria(scene)
         if not expected:
             with pytest.raises(ss.InputError, match="contact 0 would pull"):
-                ss.sliding_equilibrium(scene)
+                ss.steady_sliding(scene)
             continue
-        found = ss.sliding_equilibrium(scene)
+        found = ss.steady_sliding(scene)
         assert found.unique is False
         assert {found.combination, found.other.combination} == {"+", "d"}
         assert found.other.unique is None
@@ -153,7 +153,7 @@ def test_hundreds_of_contacts():
     normal = np.array([contact.normal for contact in scene.contacts])
     force[normal[:100]] += 3.0 * np.abs(force).max()
     scene = scene.replace(force=force)
-    found = ss.sliding_equilibrium(scene)
+    found = ss.steady_sliding(scene)
     opened = np.array([letter == "d" for letter in found.combination])
     assert 20 < opened.sum() < 180
     gaps = found.position[normal]
@@ -169,13 +169,13 @@ def test_hundreds_of_contacts():
     residual = scene.stiffness @ found.position - forces
     size = abs(scene.stiffness) @ np.abs(found.position)
     assert (np.abs(residual) <= 1e-13 * size.max()).all()
-    run = ss.simulate(scene, found, 1e-7)
+    run = ss.simulate(scene, 1e-7, found)
     assert run.events.combination.size == 0
 
 
 def test_modes_by_default_say_which_combination_it_finds():
     scene = ss.models.two_subsystems(preload_displacement=-1e-3, friction=0.9)
-    found = ss.sliding_equilibrium(scene)
+    found = ss.steady_sliding(scene)
     assert found.combination == "dd"
     assert found.unique is True
     with pytest.raises(ss.errors.NoSteadySlidingError, match='combination="dd"'):
@@ -228,7 +228,7 @@ def test_dependent_directions_against_every_choice():
         scene, arms, height = dependent_problem(rng)
         expected = list(equilibria_of_body(scene, arms, height))
         assert expected
-        found = ss.sliding_equilibrium(scene)
+        found = ss.steady_sliding(scene)
         size = np.abs(found.position).max()
         # Of systems with a condition of some millions; where all of a pad is held, y and turn vanish.
         assert min(np.abs(found.position - x).max() for x in expected) <= 1e-9 * size
@@ -254,8 +254,8 @@ def test_a_pad_that_lifts_off_at_one_point_stays_there():
         dofs=["x", "y", "turn"],
         impact_friction=True,
     )
-    found = ss.sliding_equilibrium(scene)
+    found = ss.steady_sliding(scene)
     assert found.combination == "+d"
-    run = ss.simulate(scene, found, 0.1)
+    run = ss.simulate(scene, 0.1, found)
     assert len(run.events) == 0
     assert np.abs(run.state(0.1).position - found.position).max() <= 1e-16

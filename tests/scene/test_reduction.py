@@ -26,7 +26,7 @@ def test_bases_merge_the_normal_row_into_the_tangential_one(combination):
             dropped += [tangential, normal]
     kept = [k for k in range(8) if k not in dropped]
     right, left = right[:, kept], left[:, kept]
-    reduced = ss.reduce(scene, combination)
+    reduced = ss.equations_of(scene, combination)
     assert np.array_equal(reduced.right_basis, right)
     assert np.array_equal(reduced.left_basis, left)
     stiffness = scene.stiffness.toarray()
@@ -40,7 +40,7 @@ def test_bases_merge_the_normal_row_into_the_tangential_one(combination):
 @pytest.mark.parametrize("combination", COMBINATIONS)
 def test_a_sticking_contact_moves_with_its_slider(combination):
     scene = ss.models.two_subsystems(slider_speed=(0.025, 0.04))
-    reduced = ss.reduce(scene, combination)
+    reduced = ss.equations_of(scene, combination)
     speed = np.zeros(8)
     for contact, status in enumerate(combination):
         speed[4 * contact + 2] = (0.025, 0.04)[contact] * (status == "s")
@@ -60,7 +60,7 @@ def test_reduced_equations_give_the_accelerations_of_the_constrained_ones(drawn,
     combination = data.draw(st.text("+-sd", min_size=len(scene.contacts), max_size=len(scene.contacts)))
     frictionless = [i for i, c in enumerate(scene.contacts) if c.static_friction == 0.0]
     combination = "".join("+" if i in frictionless and s == "s" else s for i, s in enumerate(combination))
-    reduced = ss.reduce(scene, combination)
+    reduced = ss.equations_of(scene, combination)
     q, u = 1e-4 * drawn.rng.normal(size=(2, reduced.mass.shape[0]))
     # Clearances of what is closed, and prescribed velocities at zero tangential displacement of what sticks.
     offset, moving = np.zeros(scene.size), np.zeros(scene.size)

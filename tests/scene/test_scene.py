@@ -75,14 +75,14 @@ def test_sparse_and_dense_matrices_are_the_same_scene():
     for form in (scipy.sparse.csr_array, scipy.sparse.csc_matrix, scipy.sparse.coo_array):
         sparse = ss.Scene(dense.mass, form(matrix), form(1e-4 * matrix), dense.force, dense.contacts)
         full = ss.Scene(dense.mass, matrix, 1e-4 * matrix, dense.force, dense.contacts)
-        assert np.array_equal(ss.reduce(sparse, "+s").stiffness, ss.reduce(full, "+s").stiffness)
-        assert np.array_equal(ss.reduce(sparse, "+s").damping, ss.reduce(full, "+s").damping)
+        assert np.array_equal(ss.equations_of(sparse, "+s").stiffness, ss.equations_of(full, "+s").stiffness)
+        assert np.array_equal(ss.equations_of(sparse, "+s").damping, ss.equations_of(full, "+s").damping)
 
 
 def test_duplicate_entries_of_a_sparse_matrix_add_up():
     doubled = scipy.sparse.coo_array(([1.0, 1.0, 5.0], ([0, 0, 1], [0, 0, 1])), shape=(2, 2))
     scene = ss.Scene([1.0, 1.0], doubled)
-    assert ss.reduce(scene, "").stiffness.tolist() == [[2.0, 0.0], [0.0, 5.0]]
+    assert ss.equations_of(scene, "").stiffness.tolist() == [[2.0, 0.0], [0.0, 5.0]]
 
 
 def test_a_direction_is_an_index_a_name_or_a_vector():
@@ -136,7 +136,7 @@ def test_entries_of_a_sparse_direction_cost_nothing_elsewhere():
     assert columns.max() < size
     start = np.zeros(size)
     start[[11, 1501]] = 1e-3, -1e-3
-    run = ss.simulate(scene, ss.State(start, np.zeros(size), "d"), 0.02)
+    run = ss.simulate(scene, 0.02, ss.State(start, np.zeros(size), "d"))
     # Both fall towards each other with 100 rad/s and meet after a quarter of a period.
     assert run.events.time[0] == pytest.approx(np.pi / 200.0, rel=1e-12)
 
@@ -166,7 +166,7 @@ def test_names_of_dofs_and_contacts_label_results():
     scene = ss.Scene(
         [1.0, 1.0], 1e4 * np.eye(2), force=[0.0, -10.0], contacts=[contact], dofs=["slip", "lift"]
     )
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 1e-3)
+    run = ss.simulate(scene, 1e-3, ss.steady_sliding(scene))
     sample = run.sample([0.0, 1e-3])
     assert sample.position.sel(dof="lift").shape == (2,)
     assert sample.normal_force.sel(contact="pad").values == pytest.approx(10.0, rel=1e-12)
@@ -189,5 +189,5 @@ def test_the_representation_says_what_it_is():
     text = repr(ss.models.two_subsystems())
     assert "8 dofs, 2 contacts" in text
     assert "contact 1 (x7 / x8): friction 1.5, slider speed 0.025 m/s" in text
-    assert "'++'" in repr(ss.sliding_equilibrium(ss.models.two_subsystems()))
+    assert "'++'" in repr(ss.steady_sliding(ss.models.two_subsystems()))
     assert "118.4" in repr(ss.complex_modes(ss.models.two_subsystems()))

@@ -11,13 +11,13 @@ EPS = np.finfo(float).eps
 @given(drawn_scenes())
 def test_sliding_equilibrium_is_the_one_the_scene_was_made_for(drawn):
     scene = drawn.scene
-    state = ss.sliding_equilibrium(scene)
+    state = ss.steady_sliding(scene)
     assert state.combination == "".join("+" if c.slider_speed > 0 else "-" for c in scene.contacts)
     assert not state.velocity.any()
-    condition = np.linalg.cond(ss.reduce(scene, state.combination).stiffness)
+    condition = np.linalg.cond(ss.equations_of(scene, state.combination).stiffness)
     error = np.abs(state.position - drawn.equilibrium).max()
     assert error <= 10 * EPS * condition * np.abs(drawn.equilibrium).max()
-    forces = ss.simulate(scene, state, 1e-6).sample(0.0)
+    forces = ss.simulate(scene, 1e-6, state).sample(0.0)
     stiffness = np.abs(scene.stiffness).sum(axis=1).max()
     tolerance = 10 * EPS * condition * stiffness * np.abs(drawn.equilibrium).max()
     assert np.abs(forces.normal_force.values[0] - drawn.normal_force).max() <= tolerance
@@ -25,14 +25,14 @@ def test_sliding_equilibrium_is_the_one_the_scene_was_made_for(drawn):
 
 def test_equilibrium_of_the_reference_solution(standard, lifting):
     for reference in (standard, lifting):
-        state = ss.sliding_equilibrium(reference.scene)
+        state = ss.steady_sliding(reference.scene)
         # Printed to more digits than a double has; the stiffness has a condition number below 1e3.
         error = np.abs(state.position - reference.start.position)
         assert error.max() <= 1e3 * EPS * np.abs(reference.start.position).max()
 
 
 def test_perturbed_adds_by_name_index_or_vector():
-    state = ss.sliding_equilibrium(ss.models.two_subsystems())
+    state = ss.steady_sliding(ss.models.two_subsystems())
     by_name = state.perturbed(velocity={"x1": 1e-3, "x6": 2e-3}, position={"x2": 1e-6})
     assert by_name.velocity.tolist() == [1e-3, 0, 0, 0, 0, 2e-3, 0, 0]
     assert by_name.position[1] == state.position[1] + 1e-6
@@ -53,9 +53,9 @@ def test_a_state_is_read_only():
 
 @given(drawn_scenes())
 def test_contact_forces_of_a_state_are_those_of_a_run_from_it(drawn):
-    state = ss.sliding_equilibrium(drawn.scene)
+    state = ss.steady_sliding(drawn.scene)
     forces = state.contact_forces(drawn.scene)
-    sampled = ss.simulate(drawn.scene, state, 1e-6).sample(0.0)
+    sampled = ss.simulate(drawn.scene, 1e-6, state).sample(0.0)
     for name in ("normal_force", "friction_force"):
         assert (forces[name].to_numpy() == sampled[name].to_numpy()[0]).all()
     # At rest K x = F + D f, whatever mass couples.
@@ -66,7 +66,7 @@ def test_contact_forces_of_a_state_are_those_of_a_run_from_it(drawn):
     ]
     along = np.stack([forces.friction_force, forces.normal_force], axis=1).ravel()
     load = drawn.scene.stiffness @ state.position - drawn.scene.force
-    condition = np.linalg.cond(ss.reduce(drawn.scene, state.combination).stiffness)
+    condition = np.linalg.cond(ss.equations_of(drawn.scene, state.combination).stiffness)
     scale = np.abs(drawn.scene.stiffness).sum(axis=1).max() * np.abs(state.position).max()
     assert np.abs(load - np.transpose(directions) @ along).max() <= 100 * EPS * condition * scale
 
@@ -79,12 +79,12 @@ def test_contact_forces_are_named_and_a_state_of_another_scene_is_refused():
             ss.Contact(tangential="x7", normal="x8", friction=1.5, slider_speed=0.025, name="right"),
         ]
     )
-    state = ss.sliding_equilibrium(named)
+    state = ss.steady_sliding(named)
     forces = state.contact_forces(named)
     assert forces.contact.to_numpy().tolist() == ["left", "right"]
     # Coulomb's law in positive sliding; the sticking contact of a run holds less than friction times N.
     assert (forces.friction_force == 1.5 * forces.normal_force).all()
-    run = ss.simulate(named, state.perturbed(velocity={"x1": 1e-3}), 0.3)
+    run = ss.simulate(named, 0.3, state.perturbed(velocity={"x1": 1e-3}))
     stuck = next(event.time for event in run.events if "s" in event.combination)
     found = run.state(stuck)
     i = found.combination.index("s")

@@ -30,7 +30,7 @@ def pad(friction=0.9, force=-10.0, slider_speed=1.0):
 def test_the_default_is_the_combination_of_steady_sliding():
     scene = ss.models.two_subsystems(**BACKWARDS)
     modes = ss.complex_modes(scene)
-    assert modes.combination == ss.sliding_equilibrium(scene).combination == "--"
+    assert modes.combination == ss.steady_sliding(scene).combination == "--"
     assert not modes.unstable.any()
     assert ss.complex_modes(scene, "++").unstable.any()
     assert (ss.mode_power(scene).eigenvalue.to_numpy() == modes.eigenvalues).all()
@@ -176,7 +176,7 @@ def test_a_pole_of_the_normal_force_is_no_separation():
 @pytest.mark.parametrize("alpha", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8])
 def test_slow_overdamped_roots_keep_their_digits(alpha):
     """lambda^2 + alpha lambda + kappa = 0 by 50 digits; kappa = 1e-3 1/s^2."""
-    scene = ss.Scene([1.0], np.array([[1e-3]]), damping=ss.Proportional(mass=alpha, stiffness=0.0))
+    scene = ss.Scene([1.0], np.array([[1e-3]]), damping=ss.Rayleigh(mass=alpha, stiffness=0.0))
     with mpmath.workdps(50):
         half = mpmath.mpf(alpha) / 2
         exact = float(-half + mpmath.sqrt(half * half - mpmath.mpf(1e-3)))

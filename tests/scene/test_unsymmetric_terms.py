@@ -36,7 +36,7 @@ def rotor(spin=10.0, **changes):
     arguments = {
         "mass": [1.0, 1.0, 0.5],
         "stiffness": [[900.0, 0.0, 0.0], [0.0, 800.0, -300.0], [0.0, -300.0, 700.0]],
-        "damping": ss.Proportional(stiffness=2e-4),
+        "damping": ss.Rayleigh(stiffness=2e-4),
         "gyroscopic": [[0.0, spin, 3.0], [-spin, 0.0, 0.0], [-3.0, 0.0, 0.0]],
         "circulatory": [[0.0, 60.0, 0.0], [0.0, 0.0, -40.0], [10.0, 20.0, 5.0]],
         "force": [0.0, -40.0, 0.0],
@@ -49,7 +49,7 @@ def rotor(spin=10.0, **changes):
 
 def state_matrix(scene, combination):
     """Generator of the motion of the free coordinates."""
-    reduced = ss.reduce(scene, combination)
+    reduced = ss.equations_of(scene, combination)
     m = reduced.mass.shape[0]
     lower = -np.linalg.solve(reduced.mass, np.hstack([reduced.stiffness, reduced.damping]))
     return np.vstack([np.hstack([np.zeros((m, m)), np.eye(m)]), lower])
@@ -88,15 +88,15 @@ def test_a_gyroscopic_pair_splits(spin):
     half, root = 0.5 * spin, np.sqrt(0.25 * spin**2 + w**2)
     assert imaginary == pytest.approx([root - half, root + half], rel=4e-14)
     # G does no work.
-    run = ss.simulate(scene, ss.State([1e-3, 0.0], [0.0, 0.0], ""), 3.0)
+    run = ss.simulate(scene, 3.0, ss.State([1e-3, 0.0], [0.0, 0.0], ""))
     assert abs(run.balance().stored) <= 1e-12 * float(run.energy(0.0).elastic[0])
 
 
 @given(DRAWN, st.data())
 def test_modes_and_series_and_blocks_give_the_same_events(drawn, data):
     start = drawn.kicked(data.draw(st.floats(0.3, 2.0), label="strength"))
-    by_series = ss.simulate(drawn.scene, start, 0.02, method="taylor")
-    run = ss.simulate(drawn.scene, start, 0.02)
+    by_series = ss.simulate(drawn.scene, 0.02, start, method="taylor")
+    run = ss.simulate(drawn.scene, 0.02, start)
     assert run.events.combination.tolist() == by_series.events.combination.tolist()
     assert run.events.kind.tolist() == by_series.events.kind.tolist()
     assert np.abs(run.events.time - by_series.events.time).max(initial=0.0) <= 1e-11
@@ -115,7 +115,7 @@ def test_motions_against_an_independent_integrator(drawn, data):
 @pytest.mark.slow
 def test_the_rotor_sticks_and_slips_as_an_independent_integrator_says():
     scene = rotor()
-    start = ss.State(ss.sliding_equilibrium(scene).position, [0.05, 0.0, 0.0], "s")
+    start = ss.State(ss.steady_sliding(scene).position, [0.05, 0.0, 0.0], "s")
     run = assert_same_motion(scene, start, 1.5)
     assert {"velocity", "slip+"} <= set(run.events.kind)
 
@@ -126,7 +126,7 @@ def test_energy_closes(drawn, data):
     scene = drawn.scene
     lifted = data.draw(st.booleans(), label="lifted")
     start = drawn.lifted(3.0) if lifted else drawn.kicked(2.0)
-    run = ss.simulate(scene, start, 0.03, max_events=200)
+    run = ss.simulate(scene, 0.03, start, max_events=200)
     balance = run.balance()
     mechanics = Mechanics(scene)
     sizes = [np.abs(state.position) for state in (run.start, run.state(run.duration))]
@@ -153,7 +153,7 @@ def test_a_symmetric_circulatory_matrix_is_a_spring():
     separate = rotor(circulatory=spring, damping=None)
     plain = rotor(circulatory=None, stiffness=rotor().stiffness + spring, damping=None)
     start = ss.State([1e-3, 0.0, 0.01], [0.0, 0.0, 0.1], "+")
-    ours, theirs = (ss.simulate(scene, start, 1.0) for scene in (separate, plain))
+    ours, theirs = (ss.simulate(scene, 1.0, start) for scene in (separate, plain))
     assert ours.events.combination.tolist() == theirs.events.combination.tolist()
     balance, expected = ours.balance(), theirs.balance()
     assert balance.circulatory == 0.0
@@ -164,7 +164,7 @@ def test_an_entry_on_one_side_joins_parts():
     """x2 drives x1 through H, and nothing drives x2: the scene is one part."""
     scene = ss.Scene([1.0, 2.0], np.diag([400.0, 900.0]), circulatory=[[0.0, 70.0], [0.0, 0.0]])
     for method in ("modal", "taylor"):
-        run = ss.simulate(scene, ss.State([0.0, 1e-3], [0.0, 0.0], ""), 1.0, method=method)
+        run = ss.simulate(scene, 1.0, ss.State([0.0, 1e-3], [0.0, 0.0], ""), method=method)
         flow = expm(state_matrix(scene, "") * 1.0) @ [0.0, 1e-3, 0.0, 0.0]
         assert run.state(1.0).position == pytest.approx(flow[:2], rel=1e-11)
         assert abs(run.state(1.0).position[0]) > 1e-6
@@ -190,14 +190,14 @@ def test_uncoupled_parts_run_by_themselves():
         gyroscopic=join(one.gyroscopic, other.gyroscopic),
         circulatory=join(one.circulatory, other.circulatory),
     )
-    starts = [ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.04}) for scene in (one, other)]
-    alone = [ss.simulate(scene, start, 0.5) for scene, start in zip((one, other), starts, strict=True)]
+    starts = [ss.steady_sliding(scene).perturbed(velocity={"x1": 0.04}) for scene in (one, other)]
+    alone = [ss.simulate(scene, 0.5, start) for scene, start in zip((one, other), starts, strict=True)]
     together = ss.simulate(
         both,
+        0.5,
         ss.State(
             *(np.concatenate([getattr(s, name) for s in starts]) for name in ("position", "velocity")), "++"
         ),
-        0.5,
     )
     for k, run in enumerate(alone):
         own = together.events.time[together.events.contact == k]
@@ -208,7 +208,7 @@ def test_uncoupled_parts_run_by_themselves():
 
 def test_multipliers_of_a_cycle():
     scene = rotor()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.04}), 20.0)
+    run = ss.simulate(scene, 20.0, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.04}))
     cycle = run.limit_cycle()
     assert "s" in "".join(cycle.combinations)
     assert_multipliers(cycle)
@@ -228,7 +228,7 @@ def test_mean_powers_of_modes_tell_their_growth():
 
 def test_energy_of_modes_in_a_motion():
     scene = rotor()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x3": 1e-3}), 0.01)
+    run = ss.simulate(scene, 0.01, ss.steady_sliding(scene).perturbed(velocity={"x3": 1e-3}))
     assert run.events.time.size == 0
     step = 1e-5
     before, at, after = (ss.modal_energy(run, t) for t in (0.005 - step, 0.005, 0.005 + step))
@@ -292,7 +292,7 @@ def test_a_scene_keeps_replaces_and_pickles_them():
 
 def test_a_record_gives_the_motion_back(tmp_path):
     scene = rotor()
-    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.04}), 1.0)
+    run = ss.simulate(scene, 1.0, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.04}))
     copy = pickle.loads(pickle.dumps(run))
     assert np.array_equal(copy.state(0.77).position, run.state(0.77).position)
     assert copy.balance().circulatory == run.balance().circulatory
@@ -303,7 +303,7 @@ def test_a_scene_file_keeps_them(tmp_path, matrices):
     scene = rotor(circulatory=scipy.sparse.csr_array(rotor().circulatory))
     path = tmp_path / "rotor.toml"
     ss.save(scene, path, matrices=matrices)
-    back = ss.load_scene(path)
+    back = ss.load(path).scene
     assert np.array_equal(back.gyroscopic, scene.gyroscopic)
     assert scipy.sparse.issparse(back.circulatory)
     assert (back.circulatory != scene.circulatory).nnz == 0

@@ -27,7 +27,7 @@ def compliant(normal_stiffness=3e4, step=0.02, factor=1.5):
             ),
             ss.Contact(normal=2, name="stop"),
         ],
-        loads=[ss.Steps({0: 5.0}, times=[step, 0.06], values=[0.0, factor, -1.0], name="pull")],
+        loads=[ss.Switched({0: 5.0}, times=[step, 0.06], values=[0.0, factor, -1.0], name="pull")],
     )
 
 
@@ -44,9 +44,9 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_replace_sweep_and_study(name):
     value, unit, expected = CASES[name]
-    start = ss.sliding_equilibrium(expected)
-    run = ss.simulate(expected, start, 0.1)
-    other = ss.simulate(compliant().replace(**{name: value}), start, 0.1)
+    start = ss.steady_sliding(expected)
+    run = ss.simulate(expected, 0.1, start)
+    other = ss.simulate(compliant().replace(**{name: value}), 0.1, start)
     assert (other.state(0.1).position == run.state(0.1).position).all()
     standing = 3e4 if name.startswith("normal") else {"pull_times_0": 0.02}.get(name, 1.5)
     swept = ss.sweep(compliant(), over={name: [standing, value]})
@@ -81,7 +81,7 @@ def test_bifurcation_over_a_contact_stiffness():
     found = ss.bifurcation(scene, start=start, tangential_stiffness_0=[8e3, 1e4])
     for cycle, stiffness in zip(found.cycles, (8e3, 1e4), strict=True):
         other = scene.replace(tangential_stiffness=stiffness)
-        expected = ss.simulate(other, start, 30.0).limit_cycle()
+        expected = ss.simulate(other, 30.0, start).limit_cycle()
         assert cycle.period == pytest.approx(expected.period, rel=1e-9)
 
 

@@ -16,7 +16,7 @@ MODEL = ss.models.two_subsystems(friction=1.5, slider_speed=0.025, preload_displ
 
 def basins():
     start = {"x1": [1e-4, 1e-3]}
-    return ss.basins(MODEL, ss.sliding_equilibrium, velocity=start, friction=[1.0, 1.5])
+    return ss.basins(MODEL, ss.steady_sliding, velocity=start, friction=[1.0, 1.5])
 
 
 def study():

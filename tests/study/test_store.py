@@ -117,4 +117,4 @@ def test_a_folder_of_both_formats_is_refused(tmp_path, place):
     with pytest.raises(ss.InputError, match=message):
         study.run(path)
     with pytest.raises(ss.InputError, match=message):
-        ss.read_dataset(path)
+        ss.load(path)

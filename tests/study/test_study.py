@@ -410,10 +410,10 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
         first = next(p for p in ss.hopf_points(scene, friction=(0.0, 3.0)) if p.direction > 0)
         assert row.hopf_point.item() == first.value
         assert row.hopf_frequency.item() == pytest.approx(first.frequency, rel=1e-15)
-        run = ss.simulate(scene, ss.disturbed_sliding(scene), duration=0.6)
+        run = ss.simulate(scene, 0.6, ss.disturbed_sliding(scene))
         assert row.events.item() == len(run.events)
-        still = ss.sliding_equilibrium(scene)
-        forces = ss.simulate(scene, still, duration=1e-3).sample(0.0).normal_force.to_numpy()[0]
+        still = ss.steady_sliding(scene)
+        forces = ss.simulate(scene, 1e-3, still).sample(0.0).normal_force.to_numpy()[0]
         assert row.normal_force.to_numpy() == pytest.approx(forces, rel=1e-9)
         seen.add(row.attractor.item())
         if row.attractor.item() != "cycle":
@@ -482,7 +482,7 @@ def test_functions_may_raise() -> None:
     assert results.reason.item(2) == "model: ArithmeticError: too much friction"
     assert results.reason.item(0).startswith("refuses: LookupError:")
     scene = ss.models.two_subsystems(friction=0.5)
-    run = ss.simulate(scene, ss.disturbed_sliding(scene), duration=0.05)
+    run = ss.simulate(scene, 0.05, ss.disturbed_sliding(scene))
     assert results.last_position.item(0) == run.state(0.05).position[0]
     assert np.isnan(results.last_position.item(2))
 
@@ -686,8 +686,8 @@ def test_results_go_on_with_other_libraries(tmp_path: Path, expected: xr.Dataset
         assert copy.deepcopy(results).identical(results)
         assert pickle.loads(pickle.dumps(results)).identical(results)
         for suffix in ("nc", "json"):
-            ss.write_dataset(results, tmp_path / f"results.{suffix}")
-            again = ss.read_dataset(tmp_path / f"results.{suffix}")
+            ss.save(results, tmp_path / f"results.{suffix}")
+            again = ss.load(tmp_path / f"results.{suffix}")
             assert again.eigenvalue.to_numpy().tobytes() == expected.eigenvalue.to_numpy().tobytes()
             assert again.sequence.to_numpy().tolist() == expected.sequence.to_numpy().tolist()
     study = models.campaign()

@@ -54,8 +54,8 @@ def pulse(scene, reduced, full=False, duration=1e-2):
     model, kick = reduced.scene, {"q0": 5e-3}
     if full:
         model, kick = scene, 5e-3 * reduced.basis[:, model.dofs.index("q0")]
-    start = ss.sliding_equilibrium(model).perturbed(velocity=kick)
-    run = ss.simulate(model, start, duration, method="taylor")
+    start = ss.steady_sliding(model).perturbed(velocity=kick)
+    run = ss.simulate(model, duration, start, method="taylor")
     times, statuses = np.array(run.events.time), list(run.events.combination)
     late = times > 0.5 * run.duration
     leaves = [

@@ -22,7 +22,7 @@ def masses_on_a_belt(
     scene = ss.Scene(
         mass=mass,
         stiffness=1e2 * np.eye(2 * count),
-        damping=ss.Proportional(stiffness=1e-6),
+        damping=ss.Rayleigh(stiffness=1e-6),
         force=np.r_[np.zeros(count), np.full(count, -10.0)],
         contacts=contacts,
         impact_friction=True,
@@ -84,7 +84,7 @@ def elastic_block(
     return ss.Scene(
         mass=0.5 * (reduced_m + reduced_m.T),
         stiffness=0.5 * (reduced_k + reduced_k.T),
-        damping=ss.Proportional(stiffness=1e-7),
+        damping=ss.Rayleigh(stiffness=1e-7),
         contacts=[
             ss.Contact(
                 tangential=i,

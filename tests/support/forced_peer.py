@@ -152,7 +152,7 @@ def integrate_forced(scene, start, duration, *, longest_step=2e-3, rtol=1e-12):
         Motion(),
     )
     switches = sorted(
-        {t for load in scene.loads if isinstance(load, ss.Steps) for t in load.times if t < duration}
+        {t for load in scene.loads if isinstance(load, ss.Switched) for t in load.times if t < duration}
     )
     switches.append(duration)
     while True:

@@ -22,15 +22,15 @@ def scene_of(seed, **changes):
     loads = [
         ss.Harmonic({"x1": 20.0 * rng.normal(), "x4": 20.0 * rng.normal()}, rng.uniform(1.0, 8.0), phase=2.0),
         ss.Harmonic(20.0 * rng.normal() * np.eye(5)[1], rng.uniform(1.0, 8.0), name="shaker"),
-        ss.Steps({"x3": 10.0}, times=[0.3, 0.7], values=[0.5, 1.0, -1.0]),
+        ss.Switched({"x3": 10.0}, times=[0.3, 0.7], values=[0.5, 1.0, -1.0]),
     ]
     scene = ss.Scene(
         np.diag(mass) + 0.1 if seed % 2 else mass,
         1e3 * root @ root.T + 500.0 * np.eye(5),
-        damping=ss.Proportional(0.1, 1e-3),
+        damping=ss.Rayleigh(0.1, 1e-3),
         force=[0.0, -60.0, 0.0, 0.0, 0.0],
         contacts=[contact],
         loads=loads,
         impact_friction=bool(seed % 2),
     ).replace(**changes)
-    return scene, ss.State(ss.sliding_equilibrium(scene).position, np.zeros(5), "+")
+    return scene, ss.State(ss.steady_sliding(scene).position, np.zeros(5), "+")

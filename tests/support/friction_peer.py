@@ -27,7 +27,7 @@ class Peer:
             scene.stiffness.todense() if hasattr(scene.stiffness, "todense") else scene.stiffness
         )
         damping = scene.damping
-        if isinstance(damping, ss.Proportional):
+        if isinstance(damping, ss.Rayleigh):
             self.damping = [
                 [
                     mpf(damping.stiffness) * mpf(k)

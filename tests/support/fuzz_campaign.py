@@ -153,7 +153,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
 
     def by(method: Literal["auto", "modal", "taylor"]) -> Callable[..., ss.Trajectory]:
         return lambda start, duration, begin=0.0: ss.simulate(
-            from_time(scenes[method], begin), start, duration, method, **limits
+            from_time(scenes[method], begin), duration, start, method=method, **limits
         )
 
     def nudged(method: Literal["auto", "modal", "taylor"]) -> Callable[..., ss.Trajectory]:
@@ -242,15 +242,15 @@ def examine_twins(
     """Run a scene alone and two of it tied to each other, and write down what was found."""
 
     def follow(start: ss.State, duration: float, begin: float) -> ss.Trajectory:
-        return ss.simulate(both, start, duration, max_events=2 * MAX_EVENTS, time_limit=HANG)
+        return ss.simulate(both, duration, start, max_events=2 * MAX_EVENTS, time_limit=HANG)
 
-    alone = ss.simulate(scene, start, DURATION, max_events=MAX_EVENTS, time_limit=HANG)
+    alone = ss.simulate(scene, DURATION, start, max_events=MAX_EVENTS, time_limit=HANG)
     duration = min(alone.duration, within_range(alone))
     run = follow(both_start, duration, 0.0)
     if both.mass.ndim == 2 and run.accumulations:
         # Where mass couples contacts, a series of several is cut short by what the run tells as its error.
         duration = float(0.999 * run.events.time[run.accumulations[0].event])
-        alone = ss.simulate(scene, start, duration, max_events=MAX_EVENTS, time_limit=HANG)
+        alone = ss.simulate(scene, duration, start, max_events=MAX_EVENTS, time_limit=HANG)
         run = follow(both_start, duration, 0.0)
     outcome.subsystems, outcome.events = len(both.contacts), len(run.events)
     outcome.accumulations, outcome.grazings = len(run.accumulations), len(run.grazings)
@@ -283,7 +283,7 @@ def examine_sparse(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
 
     def by(method: Literal["local", "taylor"]) -> Callable[..., ss.Trajectory]:
         return lambda start, duration, begin=0.0: ss.simulate(
-            from_time(scene, begin), start, duration, method, max_events=MAX_EVENTS, time_limit=HANG
+            from_time(scene, begin), duration, start, method=method, max_events=MAX_EVENTS, time_limit=HANG
         )
 
     local, whole = by("local")(start, BRIEF), by("taylor")(start, BRIEF)

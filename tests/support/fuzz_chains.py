@@ -36,8 +36,8 @@ def near_defective(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
     ).replace(static_friction=friction)
     kick = {name: rng.normal() * 10.0 ** rng.uniform(-5, -2) for name in ("x1", "x2", "x5", "x6")}
     try:
-        start = ss.sliding_equilibrium(scene).perturbed(velocity=kick)
-        ss.simulate(scene, start, 1e-9, max_events=0)
+        start = ss.steady_sliding(scene).perturbed(velocity=kick)
+        ss.simulate(scene, 1e-9, start, max_events=0)
     except ss.InputError:
         position = np.zeros(8)
         position[3::4] = 1e-4
@@ -134,13 +134,13 @@ def chain(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
         impact_friction=bool(rng.random() < 0.5),
     )
     try:
-        start = ss.sliding_equilibrium(scene)
+        start = ss.steady_sliding(scene)
         kick = {name: rng.normal() * 10.0 ** rng.uniform(-4, -1) for name in scene.dofs}
         normal = {f"x{4 * i + 4}" for i in range(count)}
         start = start.perturbed(velocity={name: v for name, v in kick.items() if name not in normal})
         slip = start.velocity[2::4] - np.array([contact.slider_speed for contact in scene.contacts])
         start = ss.State(start.position, start.velocity, "".join("+" if s < 0 else "-" for s in slip))
-        ss.simulate(scene, start, 1e-9, max_events=0)
+        ss.simulate(scene, 1e-9, start, max_events=0)
     except ss.InputError:
         # No sliding equilibrium, or the kick leaves tension at a contact.
         start = flight(rng, count)
@@ -179,7 +179,7 @@ def sparse_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
             stiffness[j, i] -= k
     stiffness = sparse.csr_array(stiffness)
     rate = float(rng.choice([0.0, 10.0 ** rng.uniform(-6.0, -4.0)]))
-    damping = ss.Proportional(stiffness=rate) if rng.random() < 0.5 else sparse.csr_array(rate * stiffness)
+    damping = ss.Rayleigh(stiffness=rate) if rng.random() < 0.5 else sparse.csr_array(rate * stiffness)
     kinetic = rng.choice([0.0, 1.0], count, p=[0.1, 0.9]) * rng.uniform(0.1, 1.2, count)
     holding = kinetic * np.where(rng.random(count) < 0.5, 1.0, rng.uniform(1.0, 1.6, count))
     bounces = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.0, 0.8, count))

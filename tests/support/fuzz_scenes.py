@@ -63,7 +63,7 @@ def with_unsymmetric_terms(
         terms["circulatory"] = 10.0 ** rng.uniform(-3.0, -1.0) * size * following
     scene = scene.replace(**terms)
     try:
-        ss.simulate(scene, start, 1e-9, max_events=0)
+        ss.simulate(scene, 1e-9, start, max_events=0)
     except ss.InputError:
         # The terms leave tension at a contact.
         count = len(scene.contacts)
@@ -76,7 +76,7 @@ def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple
     rng = np.random.default_rng([seed, index, 3])
     count = len(scene.contacts)
     size = np.abs(scene.force).max() * 10.0 ** rng.uniform(-2.0, 0.5)
-    loads: list[ss.Harmonic | ss.Steps] = [
+    loads: list[ss.Harmonic | ss.Switched] = [
         ss.Harmonic(
             {
                 int(dof): size * rng.normal()
@@ -89,7 +89,9 @@ def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple
     ]
     if rng.random() < 0.5:
         times = np.sort(rng.uniform(0.0, 0.1, int(rng.integers(1, 4))))
-        loads.append(ss.Steps({int(rng.integers(4 * count)): size}, times, rng.normal(size=times.size + 1)))
+        loads.append(
+            ss.Switched({int(rng.integers(4 * count)): size}, times, rng.normal(size=times.size + 1))
+        )
     contacts = [
         dataclasses.replace(
             contact,
@@ -105,7 +107,7 @@ def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple
     ]
     scene = scene.replace(loads=loads, contacts=contacts)
     try:
-        ss.simulate(scene, start, 1e-9, max_events=0)
+        ss.simulate(scene, 1e-9, start, max_events=0)
     except ss.InputError:
         # The loads leave tension at a contact, or a slider that vibrates slips the other way.
         start = flight(rng, count)
@@ -184,7 +186,7 @@ def with_laws(
         contacts.append(contact)
     scene = scene.replace(contacts=contacts)
     try:
-        ss.simulate(scene, start, 1e-9, max_events=0)
+        ss.simulate(scene, 1e-9, start, max_events=0)
     except ss.InputError:
         # Forces that W couples leave tension at a contact.
         start = flight(rng, scene.size // 4)

@@ -57,7 +57,7 @@ def from_time(scene: ss.Scene, begin: float) -> ss.Scene:
     def later(wave: ss.Harmonic) -> ss.Harmonic:
         return dataclasses.replace(wave, phase=wave.phase + 2.0 * np.pi * wave.frequency * begin)
 
-    loads: list[ss.Harmonic | ss.Steps] = []
+    loads: list[ss.Harmonic | ss.Switched] = []
     for load in scene.loads:
         if isinstance(load, ss.Harmonic):
             loads.append(later(load))
@@ -89,8 +89,8 @@ def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     stiffness = dense(scene.stiffness)
     mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    damping = scene.damping if scene.damping is not None else ss.Proportional()
-    if isinstance(damping, ss.Proportional):
+    damping = scene.damping if scene.damping is not None else ss.Rayleigh()
+    if isinstance(damping, ss.Rayleigh):
         damping = damping.mass * mass + damping.stiffness * stiffness
     damping = dense(damping)
     if scene.gyroscopic is not None:
@@ -153,7 +153,7 @@ def fastest_of_modes(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarr
     fades = np.full((len(combinations), 2 * scene.size), np.inf)
     rates = np.full((len(combinations), 2 * scene.size), load_rate(scene))
     for k, combination in enumerate(combinations):
-        reduced = ss.reduce(scene, combination)
+        reduced = ss.equations_of(scene, combination)
         m = reduced.stiffness.shape[0]
         state = np.zeros((2 * m, 2 * m))
         state[:m, m:] = np.eye(m)

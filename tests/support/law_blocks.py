@@ -21,5 +21,5 @@ def block(speed: float, law: Law = STRIBECK, damping: float = 1.0, **given) -> s
 def small_cycle(speed: float, guess: float = 0.05) -> ss.Cycle:
     """Return the cycle without events near the Hopf point, from a guess of its largest speed."""
     scene = block(speed)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x": guess})
-    return ss.simulate(scene, start, 1.5).closed_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x": guess})
+    return ss.simulate(scene, 1.5, start).closed_cycle()

@@ -15,7 +15,7 @@ def block(columns, rows, damping=1e-7):
     """Return a block of 40 x 20 x 10 mm in plane strain, its top held; surface "low" is on the belt."""
     mesh = skfem.MeshQuad.init_tensor(np.linspace(0, 0.04, columns + 1), np.linspace(0, 0.02, rows + 1))
     mesh = mesh.with_boundaries({"low": lambda x: x[1] < 1e-9, "top": lambda x: x[1] > 0.02 - 1e-9})
-    body = elastic(mesh, thickness=0.01, damping=ss.Proportional(stiffness=damping))
+    body = elastic(mesh, thickness=0.01, damping=ss.Rayleigh(stiffness=damping))
     return body.held(body.surface("top"))
 
 

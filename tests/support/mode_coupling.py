@@ -8,7 +8,7 @@ def mode_coupling(rate: float = 1.0) -> ss.Scene:
     return ss.Scene(
         mass=[1.0 / rate**2] * 2,
         stiffness=[[0.93, 0.43907487971871034], [0.43907487971871034, 0.31]],
-        damping=ss.Proportional(mass=0.02 * rate),
+        damping=ss.Rayleigh(mass=0.02 * rate),
         force=[0.0, -1.0],
         contacts=[
             ss.Contact(

@@ -41,7 +41,7 @@ def pad_on_disc(friction=0.6, restitution=0.0):
     return ss.Scene(
         mass=[0.54, 0.54, 0.264, 0.264, 1.34],
         stiffness=stiffness,
-        damping=ss.Proportional(stiffness=2e-5),
+        damping=ss.Rayleigh(stiffness=2e-5),
         force=[0.0, -55.5, 0.0, -135.0, 0.0],
         contacts=contacts,
         dofs=dofs,

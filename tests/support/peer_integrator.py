@@ -259,7 +259,7 @@ STEPS = (1e-4, 1e-5, 1e-6)
 
 
 def assert_same_motion(scene, start, duration, floor=1e-11):
-    run = ss.simulate(scene, start, duration)
+    run = ss.simulate(scene, duration, start)
     events = run.events
     ours = list(zip(events.contact, events.kind, events.combination, strict=True))
     for step in STEPS:

@@ -63,7 +63,7 @@ def quad_block(columns, rows, every=1, *, lumped=True, sparse=False, friction=0.
     return ss.Scene(
         mass.diagonal() if lumped else mass,
         stiffness,
-        damping=ss.Proportional(stiffness=1e-7),
+        damping=ss.Rayleigh(stiffness=1e-7),
         force=force,
         contacts=[
             ss.Contact(

@@ -19,7 +19,7 @@ class Drawn:
     def kicked(self, strength=1.0):
         """The sliding equilibrium, set in motion without violating it."""
         scene, rng = self.scene, self.rng
-        start = ss.sliding_equilibrium(scene)
+        start = ss.steady_sliding(scene)
         free = scene.size - 2 * len(scene.contacts)
         velocity = np.zeros(scene.size)
         if free:
@@ -91,7 +91,7 @@ def drawn_scenes(
         elongation = np.zeros(size)
         elongation[first], elongation[second] = 1.0, rng.uniform(-1.0, 1.0)
         stiffness += rng.uniform(1e4, 4e5) * np.outer(elongation, elongation)
-    damping = ss.Proportional(mass=rng.uniform(0.0, 5.0), stiffness=rng.uniform(1e-5, 1e-4))
+    damping = ss.Rayleigh(mass=rng.uniform(0.0, 5.0), stiffness=rng.uniform(1e-5, 1e-4))
     if full_matrices:
         dashpots = rng.normal(size=(size, size))
         damping = 5.0 * dashpots @ dashpots.T

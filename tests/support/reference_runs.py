@@ -18,7 +18,7 @@ def reference_solution(name):
     scene = ss.Scene(
         case["mass"],
         case["stiffness"],
-        damping=ss.Proportional(mass=case["alpha"], stiffness=case["beta"]),
+        damping=ss.Rayleigh(mass=case["alpha"], stiffness=case["beta"]),
         force=case["force"],
         contacts=[ss.Contact(**contact) for contact in case["contacts"]],
         impact_friction=case["impact_friction"],

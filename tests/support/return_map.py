@@ -46,7 +46,7 @@ def differenced_multipliers(cycle, phase=0, method="auto", at=0.5, steps=(LENGTH
                 position = middle.position + sign * moved[0] * direction
                 velocity = middle.velocity + sign * moved[1] * direction
                 start = ss.State(position, velocity, middle.combination)
-                end = ss.simulate(cycle.scene, start, cycle.period, method=method).state(cycle.period)
+                end = ss.simulate(cycle.scene, cycle.period, start, method=method).state(cycle.period)
                 ends.append(np.concatenate([positions.T @ end.position, velocities.T @ end.velocity]))
             columns.append((ends[0] - ends[1]) / (2.0 * step))
     scale = np.array([1e-3] * positions.shape[1] + [1.0] * velocities.shape[1])

@@ -20,7 +20,7 @@ def compare_motions(scene, other, start, *, events, time_error, sample_error, ne
     `sample_error` of samples are relative, and more than `near_share` of the samples are as near.
     """
     runs = [
-        ss.simulate(which, start, 1.0, method, max_events=events)
+        ss.simulate(which, 1.0, start, method=method, max_events=events)
         for which, method in [(scene, "taylor"), (other, "taylor"), (scene, "modal")]
     ]
     first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)

@@ -13,7 +13,7 @@ from meshed import block
 
 #: Two masses tied by a spring, pressed on a belt by 5 N: x along the belt, y across it.
 STIFFNESS = [[90.0, 10.0], [10.0, 200.0]]
-DAMPING = ss.Proportional(mass=0.1, stiffness=1e-3)
+DAMPING = ss.Rayleigh(mass=0.1, stiffness=1e-3)
 
 
 def _scene(*contacts: ss.Contact, **changes: object) -> ss.Scene:
@@ -98,7 +98,7 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     ),
     "harmonic load": lambda: _scene(_belt(), loads=[ss.Harmonic({"x": 1.0}, frequency=1.3, name="shaker")]),
     "switched load": lambda: _scene(
-        _belt(), loads=[ss.Steps({"x": 0.5}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])]
+        _belt(), loads=[ss.Switched({"x": 0.5}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])]
     ),
     "vibrating slider": lambda: _scene(_belt(slider_vibration=ss.Harmonic(0.02, frequency=2.0))),
     "gyroscopic": lambda: _scene(_belt(), gyroscopic=SPIN),
@@ -151,12 +151,12 @@ class Kind:
     def start(self) -> ss.State:
         """Steady sliding with a kick, so that contacts change their status."""
         kick = KICKS.get(self.name, (-0.5, 3.0))[0]
-        return ss.sliding_equilibrium(self.scene).perturbed(velocity={self.scene.dofs[0]: kick})
+        return ss.steady_sliding(self.scene).perturbed(velocity={self.scene.dofs[0]: kick})
 
     @cached_property
     def run(self) -> ss.Trajectory:
         """The motion from there."""
-        return ss.simulate(self.scene, self.start, self.duration)
+        return ss.simulate(self.scene, self.duration, self.start)
 
     @cached_property
     def cycle(self) -> ss.Cycle:

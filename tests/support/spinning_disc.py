@@ -102,7 +102,7 @@ def spinning_disc(radial=5, around=84, layers=4, *, damping=2e-9, **options):
     return ss.Scene(
         mass,
         stiffness,
-        damping=ss.Proportional(stiffness=damping),
+        damping=ss.Rayleigh(stiffness=damping),
         gyroscopic=gyroscopic,
         circulatory=circulatory,
     )

@@ -50,10 +50,10 @@ def test_the_belt_carries_what_starts_with_almost_its_speed(kind, speed, status,
     pushed_back = {"s": True, "+": slip < 0.0, "-": slip > 0.0}[status]
     if not pushed_back:
         with pytest.raises(ss.InputError, match=f"contact 0 is '\\{status}' in the combination, but its"):
-            ss.simulate(scene, start, 0.1)
+            ss.simulate(scene, 0.1, start)
         return
     # Friction of 3 N and more holds the spring up to x = 0.03 m.
-    run = ss.simulate(scene, start, 0.0999)
+    run = ss.simulate(scene, 0.0999, start)
     assert str(run.sample([0.05]).status.item()) in {"s", "sticking"}
     moved = run.sample([0.0999]).position.to_numpy()[0, 0]
     assert moved == pytest.approx(mirrored * SPEED * 0.0999, rel=1e-11 if abs(slip) < 1e-14 else 1e-9)

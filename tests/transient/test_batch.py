@@ -40,8 +40,8 @@ def digest(outcome):
 
 @pytest.fixture(scope="module")
 def alone():
-    starts = [(scene, ss.sliding_equilibrium(scene).perturbed(velocity=KICK)) for scene in random_models(50)]
-    runs = [ss.simulate(scene, start, 0.2) for scene, start in starts]
+    starts = [(scene, ss.steady_sliding(scene).perturbed(velocity=KICK)) for scene in random_models(50)]
+    runs = [ss.simulate(scene, 0.2, start) for scene, start in starts]
     assert sum(len(run.events) for run in runs) > 1000
     return [digest(ss.types.Outcome(i, run.scene, run, None)) for i, run in enumerate(runs)]
 
@@ -57,7 +57,7 @@ def test_every_run_is_what_it_is_alone(alone, threads):
 def test_many_starts_of_one_scene(drawn, threads):
     starts = [drawn.kicked(strength) for strength in np.linspace(0.3, 2.0, 8)]
     # A scene that remembers combinations gives the same motion and counts the same work.
-    alone = [ss.simulate(drawn.scene.replace(), start, 0.02) for start in starts]
+    alone = [ss.simulate(drawn.scene.replace(), 0.02, start) for start in starts]
     together = ss.simulate_many(drawn.scene, starts, duration=0.02, threads=threads)
     expected = [digest(ss.types.Outcome(i, drawn.scene, run, None)) for i, run in enumerate(alone)]
     assert [digest(outcome) for outcome in together] == expected
@@ -72,7 +72,7 @@ def test_failure_is_data():
     assert [outcome.error is None for outcome in outcomes] == [True, False, True]
     assert isinstance(outcomes[1].error, ss.InputError)
     assert "slider_speed" in str(outcomes[1].error)
-    starts = [ss.sliding_equilibrium(good), ss.State([0.0] * 8, [0.0] * 8, "+")]
+    starts = [ss.steady_sliding(good), ss.State([0.0] * 8, [0.0] * 8, "+")]
     first, second = ss.simulate_many(good, starts, duration=0.05)
     assert first.error is None
     assert second.run is None
@@ -105,8 +105,8 @@ def interrupted_after(runs, count):
 def test_interruption_hands_out_what_is_done_and_stops_the_rest():
     quick = [ss.models.two_subsystems(friction=0.3)] * 8  # stable: at rest
     endless = ss.models.two_subsystems()
-    starts = [ss.sliding_equilibrium(scene) for scene in quick]
-    starts += [ss.sliding_equilibrium(endless).perturbed(velocity=KICK)] * 8
+    starts = [ss.steady_sliding(scene) for scene in quick]
+    starts += [ss.steady_sliding(endless).perturbed(velocity=KICK)] * 8
     outcomes = []
     begin = time.process_time()
     runs = ss.simulate_many([*quick, *[endless] * 8], starts, duration=3600.0, threads=2)
@@ -120,8 +120,8 @@ def test_interruption_hands_out_what_is_done_and_stops_the_rest():
 
 def test_leaving_the_loop_stops_the_runs():
     quick, endless = ss.models.two_subsystems(friction=0.3), ss.models.two_subsystems()
-    starts = [ss.sliding_equilibrium(quick)]
-    starts += [ss.sliding_equilibrium(endless).perturbed(velocity=KICK)] * 8
+    starts = [ss.steady_sliding(quick)]
+    starts += [ss.steady_sliding(endless).perturbed(velocity=KICK)] * 8
     outcomes = ss.simulate_many([quick, *[endless] * 8], starts, duration=3600.0, threads=2)
     assert next(outcomes).run.stop_reason == "duration"
     begin = time.process_time()

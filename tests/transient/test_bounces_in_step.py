@@ -29,7 +29,7 @@ def dropped(count, stiffness, restitution, kick=0.0, ground=0.0):
 def test_rests_like_one_ball(method, count, stiffness, restitution):
     scene, state = dropped(count, stiffness, restitution)
     rest = np.sqrt(2.0) * (1.0 + 2.0 * restitution / (1.0 - restitution))
-    run = ss.simulate(scene, state, rest + 1.0, method=method)
+    run = ss.simulate(scene, rest + 1.0, state, method=method)
     ends = run.events.time[run.events.kind == "accumulation"]
     # Each flight's end is known to some ulp of time, which the series adds up.
     assert ends == pytest.approx(count * [rest], abs=1e-14 * rest)
@@ -46,7 +46,7 @@ def test_held_masses_rest_like_one(method, count, stiffness, restitution):
     ends = []
     for masses in (1, count):
         scene, state = dropped(masses, stiffness, restitution, ground=0.3)
-        run = ss.simulate(scene, state, 40.0, method=method)
+        run = ss.simulate(scene, 40.0, state, method=method)
         ends.append(run.events.time[run.events.kind == "accumulation"])
     assert ends[1] == pytest.approx(count * list(ends[0]), abs=1e-14 * ends[0][0])
 
@@ -56,7 +56,7 @@ def test_held_masses_rest_like_one(method, count, stiffness, restitution):
 def test_nearly_in_step(restitution, kick):
     scene, state = dropped(2, 37.0, restitution, kick)
     rest = np.sqrt(2.0) * (1.0 + 2.0 * restitution / (1.0 - restitution))
-    run = ss.simulate(scene, state, rest + 1.0)
+    run = ss.simulate(scene, rest + 1.0, state)
     ends = run.events.time[run.events.kind == "accumulation"]
     # The relative motion of a mass grows by 1 / e beside its own bounces, at most until they rest together.
     assert ends == pytest.approx([rest, rest], abs=1e-12 * rest)
@@ -67,7 +67,7 @@ def test_many_bounces_at_one_instant():
     scene, state = dropped(1, 0.0, 0.95)
     rest = np.sqrt(2.0) * (1.0 + 2.0 * 0.95 / 0.05)
     for method in ("auto", "local"):
-        run = ss.simulate(scene, state, rest + 1.0, method=method)
+        run = ss.simulate(scene, rest + 1.0, state, method=method)
         assert run.stop_reason == "duration"
         assert run.events.time[-1] == pytest.approx(rest, rel=1e-14)
 
@@ -75,7 +75,7 @@ def test_many_bounces_at_one_instant():
 def test_the_limits_take_what_the_bounces_would():
     """With a coarse tolerance the second mass ends in flight, and its height counts, too."""
     scene, state = dropped(2, 1.0, 0.5, kick=1e-3, ground=0.3)
-    run = ss.simulate(scene, state, 20.0, accumulation_tolerance=0.05)
+    run = ss.simulate(scene, 20.0, state, accumulation_tolerance=0.05)
     balance = run.balance()
     assert np.count_nonzero(run.events.kind == "accumulation") == 2
     # The loads change by part of themselves over the rest, and what is left has 1e-3 of the energy.

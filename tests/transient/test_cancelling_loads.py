@@ -33,5 +33,5 @@ def test_a_mass_between_cancelling_pulls_strikes_nothing_for_certain(method, lin
         stiffness, place, stop, dofs, period = star(seed, links)
         scene = ss.Scene([1.0] * len(dofs), stiffness, contacts=[replace(stop, gap=gap)], dofs=dofs)
         start = ss.State(place, [0.0] * len(dofs), "d", dofs=dofs)
-        run = ss.simulate(scene, start, duration=20 * period, method=method, max_events=20)
+        run = ss.simulate(scene, 20 * period, start, method=method, max_events=20)
         assert len(run.events) == 0

@@ -27,7 +27,7 @@ def test_elastic_stop(method: str) -> None:
     mass, spring, stop, speed = 100.0, 1e4, 1e6, 1.0
     contact = ss.Contact(tangential=1, normal=[-1.0, 0.0], friction=0.0, normal_stiffness=stop)
     scene = ss.Scene([mass, 1.0], np.diag([spring, 1.0]), contacts=[contact])
-    run = ss.simulate(scene, ss.State([0.0, 0.0], [speed, 0.0], "+"), 0.4, method=method)
+    run = ss.simulate(scene, 0.4, ss.State([0.0, 0.0], [speed, 0.0], "+"), method=method)
     rate = np.sqrt((spring + stop) / mass)
     assert list(run.events.kind[:2]) == ["release", "closing"]
     np.testing.assert_allclose(run.events.time[0], np.pi / rate, rtol=1e-13)
@@ -45,7 +45,7 @@ def test_jenkins_element() -> None:
     # A heavy mass stands still; what it sees is the element alone.
     heavy = ss.Scene([2e13, 2e13], np.zeros((2, 2)), force=[0.0, -normal_force], contacts=scene.contacts)
     slip = friction * normal_force / (stiffness * 1e-3)
-    run = ss.simulate(heavy, held, 2.0 * slip)
+    run = ss.simulate(heavy, 2.0 * slip, held)
     assert list(run.events.kind) == ["slip+"]
     np.testing.assert_allclose(run.events.time, [slip], rtol=1e-7)
     half = run.sample([0.5 * slip, 1.5 * slip]).friction_force.values.ravel()
@@ -54,7 +54,7 @@ def test_jenkins_element() -> None:
     back = heavy.replace(slider_speed=-1e-3)
     turned = run.state(run.duration)
     start = ss.State(turned.position, turned.velocity, "s", friction_force=[friction * normal_force])
-    loop = ss.simulate(back, start, 4.0 * slip)
+    loop = ss.simulate(back, 4.0 * slip, start)
     assert list(loop.events.kind) == ["slip-"]
     np.testing.assert_allclose(loop.events.time, [2.0 * slip], rtol=1e-7)
 
@@ -74,7 +74,7 @@ def test_a_node_at_its_limit_on_a_body_that_sticks(method: str, side: float) -> 
     ]
     scene = ss.Scene([1.0], [[spring]], contacts=contacts)
     start = ss.State([0.0], [speed], "ss", friction_force=[0.0, side * limit])
-    run = ss.simulate(scene, start, 0.3, method=method)
+    run = ss.simulate(scene, 0.3, start, method=method)
     onset = (rubbed + side * limit) / (spring * speed)
     np.testing.assert_allclose(run.events.time[0], onset, rtol=1e-13)
     together = int(np.sum(run.events.time == run.events.time[0]))
@@ -100,7 +100,7 @@ def test_closing_sticks_within_the_cone_of_the_rates(excess: float, ratio: float
     fall = 0.3
     slip = sign * ratio * 0.5 * excess * 5e4 * fall / 2e4
     state = ss.State([0.0, 1e-9], [slip, -fall], "d")
-    run = ss.simulate(scene, state, 1e-6)
+    run = ss.simulate(scene, 1e-6, state)
     assert list(run.events.kind) == ["closing"]
     expected = "s" if ratio < 1.0 else "+" if slip < 0.0 else "-"
     assert list(run.events.combination) == [expected]
@@ -114,7 +114,7 @@ def test_a_slip_that_slows_down_fast_ends_once(amplitude: float, method: Literal
         tangential=0, normal_force=1.0, friction=0.3, tangential_stiffness=1e6, slider_speed=1e-3
     )
     scene = ss.Scene([1.0], [[1e4]], contacts=[node])
-    run = ss.simulate(scene, ss.State([amplitude], [0.0], "+"), 0.04, method)
+    run = ss.simulate(scene, 0.04, ss.State([amplitude], [0.0], "+"), method=method)
     assert list(run.events.kind) == ["velocity", "slip-"]
     assert list(run.events.combination) == ["s", "-"]
     assert run.events.time[0] == pytest.approx(0.01 * np.pi, abs=1e-9)
@@ -131,7 +131,7 @@ def test_a_node_at_its_limit_slips_with_its_body(method: Literal["modal", "taylo
     ]
     push = ss.Harmonic({0: 5.0}, frequency=5.0)
     scene = ss.Scene([1.0, 1.0], np.diag([1e-3, 1e4]), force=[4.5, -10.0], contacts=contacts, loads=[push])
-    run = ss.simulate(scene, ss.State([0.0, 0.0], [10.5, 0.0], "--"), 2.0, method)
+    run = ss.simulate(scene, 2.0, ss.State([0.0, 0.0], [10.5, 0.0], "--"), method=method)
     assert list(run.events.kind[:4]) == ["velocity", "velocity", "slip-", "slip-"]
     assert len(run.events) == 32
     begin = run.events.time[run.events.kind == "slip-"]
@@ -154,7 +154,7 @@ def test_a_node_sticks_while_its_body_slips_from_another_slider(method: Literal[
     scene = ss.Scene(
         [1.0, 1.0], np.zeros((2, 2)), force=[-40.0, -10.0], contacts=contacts, impact_friction=True
     )
-    run = ss.simulate(scene, ss.State([0.0, 1e-3], [-0.2, -0.5], "d+"), 0.01, method)
+    run = ss.simulate(scene, 0.01, ss.State([0.0, 1e-3], [-0.2, -0.5], "d+"), method=method)
     assert sorted(run.events.kind[:2]) == ["impact", "velocity"]
     assert list(run.events.combination) == ["+s", "+s", "++"]
     assert np.diff(run.events.time) == pytest.approx([0.0, np.arctan(2.0) / 500.0], abs=1e-12)
@@ -167,7 +167,7 @@ def test_a_node_without_friction_stays_out_of_the_slip_of_its_body(letter: str) 
     contacts = [ss.Contact(friction=0.0, tangential_stiffness=1e6, **law), ss.Contact(friction=3.0, **law)]
     load = ss.Harmonic({0: 5.0}, frequency=5.0, phase=-1.5)
     scene = ss.Scene([1.0], [[1.0]], contacts=contacts, loads=[load])
-    run = ss.simulate(scene, ss.State([0.0], [0.02], letter + "s"), 1.0)
+    run = ss.simulate(scene, 1.0, ss.State([0.0], [0.02], letter + "s"))
     assert len(run.events) > 10
     assert {combination[0] for combination in run.events.combination} == {letter}
 
@@ -177,7 +177,7 @@ def test_jump_of_static_friction() -> None:
     friction, static, stiffness = 0.5, 0.8, 2e4
     scene = block(spring=1e6, slider_speed=0.1, static_friction=static)
     start = ss.State([0.0, -40.0 / 5e4], [0.0, 0.0], "s")
-    run = ss.simulate(scene, start, 1.0, max_events=1)
+    run = ss.simulate(scene, 1.0, start, max_events=1)
     assert list(run.events.kind) == ["jump"]
     assert list(run.events.combination) == ["+"]
     before, after = (
@@ -200,7 +200,7 @@ def test_rigid_pad_against_brute_force(seed: int, points: int, static: bool) -> 
     places = [float(direction @ start.position) for direction in directions]
     duration = 0.03
     end = reference.run([*start.position, *start.velocity], start.combination, duration, places)
-    run = ss.simulate(scene, start, duration)
+    run = ss.simulate(scene, duration, start)
     assert [combination for _, _, combination in reference.events] == list(run.events.combination)
     np.testing.assert_allclose(run.events.time, [event[0] for event in reference.events], atol=1e-10)
     last = run.state(duration)
@@ -212,7 +212,7 @@ def test_rigid_pad_against_brute_force(seed: int, points: int, static: bool) -> 
 def test_random_pads(seed: int, points: int, static: bool) -> None:
     """Energy closes to rounding, modes and series agree, and no force or gap has the wrong sign."""
     scene, _, start = rigid_pad(seed, points, static=static)
-    runs = [ss.simulate(scene, start, 0.04, method=method) for method in ("modal", "taylor")]
+    runs = [ss.simulate(scene, 0.04, start, method=method) for method in ("modal", "taylor")]
     modal, taylor = runs
     assert list(modal.events.kind) == list(taylor.events.kind)
     assert list(modal.events.combination) == list(taylor.events.combination)
@@ -242,9 +242,9 @@ def test_random_pads(seed: int, points: int, static: bool) -> None:
 def test_run_goes_on_from_any_of_its_states() -> None:
     """A state keeps what sticking contacts hold, so that a run from it is the rest of the motion."""
     scene, _, start = rigid_pad(3, 3, static=False)
-    run = ss.simulate(scene, start, 0.03)
+    run = ss.simulate(scene, 0.03, start)
     for time in (*run.events.time[::4], 0.004, 0.011):
-        rest = ss.simulate(scene, run.state(time), 0.03 - time)
+        rest = ss.simulate(scene, 0.03 - time, run.state(time))
         assert list(rest.events.combination) == list(run.events.combination[run.events.time > time])
         end, again = run.state(0.03), rest.state(rest.duration)
         np.testing.assert_allclose(again.position, end.position, atol=1e-13)
@@ -262,12 +262,12 @@ def test_kept_and_slipping_mass_mix_with_rigid_contacts() -> None:
         ss.Contact(tangential=2, normal=3, normal_stiffness=1e5, **law),
         ss.Contact(tangential=4, normal=5, normal_stiffness=1e5, tangential_stiffness=5e4, **law),
     ]
-    damping = ss.Proportional(stiffness=1e-5)
+    damping = ss.Rayleigh(stiffness=1e-5)
     force = [0.0, -50.0] * 3
     scene = ss.Scene(np.ones(6), stiffness, damping=damping, force=force, contacts=contacts)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x2": 0.8, "x4": 0.7, "x6": 0.9})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x2": 0.8, "x4": 0.7, "x6": 0.9})
     start = ss.State(start.position, start.velocity, "d++")
-    modal, taylor = (ss.simulate(scene, start, 0.2, method=method) for method in ("modal", "taylor"))
+    modal, taylor = (ss.simulate(scene, 0.2, start, method=method) for method in ("modal", "taylor"))
     assert {"impact", "closing", "release"} <= set(modal.events.kind)
     assert list(modal.events.kind) == list(taylor.events.kind)
     np.testing.assert_allclose(modal.events.time, taylor.events.time, atol=1e-11)
@@ -290,7 +290,7 @@ def test_modes_of_steady_sliding() -> None:
     np.testing.assert_allclose(
         np.sort(np.unique(np.abs(found.imag).round(9))), np.sort(expected.real), rtol=1e-9
     )
-    equilibrium = ss.sliding_equilibrium(scene)
+    equilibrium = ss.steady_sliding(scene)
     forces = equilibrium.contact_forces(scene)
     np.testing.assert_allclose(forces.normal_force, -4e4 * equilibrium.position[1])
     np.testing.assert_allclose(forces.friction_force, 0.6 * forces.normal_force)

@@ -28,7 +28,7 @@ def test_an_impact_with_friction_drives_slip_towards_zero(tangential, normal, re
     scene = ss.Scene([MASS, MASS], np.diag([0.0, 5e4]), contacts=[contact], impact_friction=True)
     height = 1e-3
     start = ss.State([0.0, height], [tangential, -normal], "d")
-    run = ss.simulate(scene, start, 1.0, max_events=1)
+    run = ss.simulate(scene, 1.0, start, max_events=1)
     assert run.events.kind.tolist() == ["impact"]
     # From the height to the equilibrium, which is the stop, energy is kept.
     arrival = np.sqrt(normal**2 + 5e4 / MASS * height**2)
@@ -56,8 +56,8 @@ def symmetric_scene(**changes):
 def test_events_of_a_symmetric_scene_coincide(method, restitution):
     scene = symmetric_scene(restitution=restitution)
     kick = {"x1": 0.2, "x5": 0.2, "x2": -0.1, "x6": -0.1}
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=kick)
-    run = ss.simulate(scene, start, 0.1, max_events=60, method=method)
+    start = ss.steady_sliding(scene).perturbed(velocity=kick)
+    run = ss.simulate(scene, 0.1, start, max_events=60, method=method)
     events = run.events
     assert len(events) == 60
     assert {"velocity", "release", "impact"} <= set(events.kind)
@@ -85,7 +85,7 @@ def test_equal_contacts_without_a_link_change_together():
         contacts=contacts,
     )
     start = ss.State(np.zeros(2 * count), np.tile([0.1, 0.0], count), "s" * count)
-    run = ss.simulate(scene, start, 0.2)
+    run = ss.simulate(scene, 0.2, start)
     instants = np.unique(run.events.time)
     assert len(instants) > 5
     assert len(run.events) == count * len(instants)
@@ -108,7 +108,7 @@ def coupled_scene(seed, coupling, **changes):
     return ss.Scene(
         mass,
         stiffness,
-        damping=ss.Proportional(stiffness=2e-5),
+        damping=ss.Rayleigh(stiffness=2e-5),
         force=[0.0, -200.0, 0.0, -200.0, 0.0],
         contacts=contacts,
         impact_friction=True,
@@ -119,15 +119,15 @@ def coupled_scene(seed, coupling, **changes):
 def test_contacts_that_mass_couples_move_like_an_independent_solution(seed):
     """Against multipliers and a Runge-Kutta method, through sticking and sliding."""
     scene = coupled_scene(seed, 0.05)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=[0.0, 0.0, 0.0, 0.0, 0.4])
+    start = ss.steady_sliding(scene).perturbed(velocity=[0.0, 0.0, 0.0, 0.0, 0.4])
     run = assert_same_motion(scene, start, 0.02)
     assert {"velocity", "slip+"} <= set(run.events.kind)
 
 
 def test_forces_of_coupled_contacts_hold_their_accelerations_at_zero():
     scene = coupled_scene(1, 0.05)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=[0.0, 0.0, 0.0, 0.0, 0.4])
-    run = ss.simulate(scene, start, 0.02)
+    start = ss.steady_sliding(scene).perturbed(velocity=[0.0, 0.0, 0.0, 0.0, 0.4])
+    run = ss.simulate(scene, 0.02, start)
     sample = run.sample(np.linspace(0.0, 0.02, 200))
     x, v = sample.position.values, sample.velocity.values
     damping = scene.damping.stiffness * scene.stiffness
@@ -156,7 +156,7 @@ def test_a_paradox_is_reported_with_the_motion_up_to_it(method):
     scene = ss.Scene(
         mass,
         np.diag([1e4, 1e4]),
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, -20.0],
         contacts=[contact],
         impact_friction=True,
@@ -164,7 +164,7 @@ def test_a_paradox_is_reported_with_the_motion_up_to_it(method):
     start = ss.State([0.0, 0.0], [0.1, 0.0], "s")
     ambiguous = r"contacts \[0\] at t = 0\.039(9|89{4}).*several solutions"
     with pytest.raises(ss.RunError, match=ambiguous) as caught:
-        ss.simulate(scene, start, 1.0, method=method)
+        ss.simulate(scene, 1.0, start, method=method)
     run = caught.value.partial
     assert run.stop_reason == "failed"
     onset = (2.0 * 20.0 - 1e-4 * 1e4 * 0.1) / (1e4 * 0.1)
@@ -174,4 +174,4 @@ def test_a_paradox_is_reported_with_the_motion_up_to_it(method):
     assert middle.combination == "s"
     assert middle.position[0] == pytest.approx(0.05 * onset, rel=20 * EPS)
     # Below the critical friction the same scene runs on.
-    assert ss.simulate(scene.replace(friction=1.4), start, 1.0, method=method).stop_reason == "duration"
+    assert ss.simulate(scene.replace(friction=1.4), 1.0, start, method=method).stop_reason == "duration"

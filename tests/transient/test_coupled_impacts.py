@@ -47,7 +47,7 @@ def check(run, balanced):
 @pytest.mark.parametrize(("count", "coupling", "restitution"), CASES)
 def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
     scene, start = masses_on_a_belt(count, coupling, restitution)
-    run = ss.simulate(scene, start, 0.5)
+    run = ss.simulate(scene, 0.5, start)
     assert run.stop_reason == "duration"
     assert run.events.combination[-1] == "+" * count
     check(run, ROUNDING if coupling < 0.9 else FLIGHT * len(run.events))
@@ -65,7 +65,7 @@ def test_impacts_too_near_for_the_clock_end(count, coupling, restitution, height
     They were taken for unfinished one after the other, by forces equal but for rounding, and struck on.
     """
     scene, start = masses_on_a_belt(count, coupling, restitution, height)
-    run = ss.simulate(scene, start, 0.5, method=method)
+    run = ss.simulate(scene, 0.5, start, method=method)
     assert run.stop_reason == "duration"
     assert run.events.combination[-1] == "+" * count
     check(run, ROUNDING)
@@ -74,8 +74,8 @@ def test_impacts_too_near_for_the_clock_end(count, coupling, restitution, height
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.8])
 def test_both_methods_come_to_rest_alike(restitution):
     scene, start = masses_on_a_belt(3, 0.3, restitution)
-    modal = ss.simulate(scene, start, 0.5, method="modal")
-    taylor = ss.simulate(scene, start, 0.5, method="taylor")
+    modal = ss.simulate(scene, 0.5, start, method="modal")
+    taylor = ss.simulate(scene, 0.5, start, method="taylor")
     assert modal.events.combination[-1] == taylor.events.combination[-1] == "+++"
     one, other = modal.state(0.5), taylor.state(0.5)
     # The slide after the series has forgotten its order: both end within what its impulses were known to.
@@ -97,7 +97,7 @@ def test_contacts_that_press_on_each_other_strike_at_one_instant(coupling):
     The distances of such impacts square themselves, so two or three are all that numbers can tell apart.
     """
     scene, start = masses_on_a_belt(2, coupling, 0.0, height=1e-6)
-    runs = [ss.simulate(scene, start, 0.05, method=method) for method in ("modal", "taylor")]
+    runs = [ss.simulate(scene, 0.05, start, method=method) for method in ("modal", "taylor")]
     for run in runs:
         assert list(run.events.kind) == ["impact", "impact"]
         assert run.events.combination[-1] == "++"
@@ -115,7 +115,7 @@ def test_contacts_that_press_on_each_other_strike_at_one_instant(coupling):
 def test_contacts_that_press_on_each_other_come_to_rest(restitution):
     scene, start = masses_on_a_belt(3, -0.45, restitution, height=1e-6)
     for method in ("modal", "taylor"):
-        run = ss.simulate(scene, start, 0.05, method=method)
+        run = ss.simulate(scene, 0.05, start, method=method)
         check(run, 10 * ROUNDING)
         assert run.state(0.05).combination == "+++"
 
@@ -124,14 +124,14 @@ def test_impacts_that_have_no_end_at_one_instant():
     """Two contacts press on each other so strongly that an impact takes 5 % of their velocity."""
     scene, start = fuzz_scene(5, 71)
     for method in ("modal", "taylor"):
-        assert ss.simulate(scene, start, 0.1, method=method, max_events=200).stop_reason == "max_events"
+        assert ss.simulate(scene, 0.1, start, method=method, max_events=200).stop_reason == "max_events"
 
 
 @pytest.mark.parametrize("count", [4, 5])
 def test_a_nested_series_does_not_feed_on_rounding(count):
     """Gaps of some ulp of the static displacement were lifted and fell again, without end."""
     scene, start = masses_on_a_belt(count, 0.9, 0.5)
-    run = ss.simulate(scene, start, 0.5, max_events=30_000)
+    run = ss.simulate(scene, 0.5, start, max_events=30_000)
     assert run.stop_reason == "duration"
     assert run.events.combination[-1] == "+" * count
     assert len(run.events) <= 100 * count * 1e3 * run.events.time[-1]
@@ -140,11 +140,11 @@ def test_a_nested_series_does_not_feed_on_rounding(count):
 def test_any_state_of_a_motion_is_a_start():
     """What one contact carries depends on the status of the others."""
     scene, start = fuzz_scene(5, 37)
-    run = ss.simulate(scene, start, 0.1, max_events=200)
+    run = ss.simulate(scene, 0.1, start, max_events=200)
     edges = np.concatenate([[0.0], run.events.time])
     longest = np.argsort(np.diff(edges))[-20:]
     for time in 0.5 * (edges[longest] + edges[longest + 1]):
-        assert ss.simulate(scene, run.state(time), 1e-9).stop_reason == "duration"
+        assert ss.simulate(scene, 1e-9, run.state(time)).stop_reason == "duration"
 
 
 def test_repeated_eigenvalues_by_modes_and_series():
@@ -155,7 +155,7 @@ def test_repeated_eigenvalues_by_modes_and_series():
         np.r_[np.zeros(4), np.full(4, 1e-3)], np.r_[np.zeros(4), 0.01 * rng.normal(size=4)], "dddd"
     )
     modal, taylor = (
-        ss.simulate(scene, start, 1e-4, method=method).state(1e-4) for method in ("modal", "taylor")
+        ss.simulate(scene, 1e-4, start, method=method).state(1e-4) for method in ("modal", "taylor")
     )
     assert modal.velocity == pytest.approx(taylor.velocity, rel=1e-12, abs=1e-16)
 
@@ -164,8 +164,8 @@ def test_repeated_eigenvalues_by_modes_and_series():
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_a_reduced_block_lifts_off(restitution):
     scene = elastic_block(restitution=restitution)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
-    run = ss.simulate(scene, start, 6e-4, max_events=1500)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
+    run = ss.simulate(scene, 6e-4, start, max_events=1500)
     assert run.stop_reason == "max_events"
     assert "impact" in run.events.kind
     assert "accumulation" in run.events.kind
@@ -176,11 +176,11 @@ def test_a_reduced_block_lifts_off(restitution):
 def test_a_tolerance_cuts_impacts_that_lift_each_other():
     """One impact lifts several contacts, which strike and lift others: their series has no constant ratio."""
     scene = elastic_block()
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
-    full = ss.simulate(scene, start, 5.4e-4)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
+    full = ss.simulate(scene, 5.4e-4, start)
     # The shortest period is 5e-6 s.
     for tolerance, part in ((1e-9, 3), (1e-8, 6)):
-        cut = ss.simulate(scene, start, 5.4e-4, accumulation_tolerance=tolerance)
+        cut = ss.simulate(scene, 5.4e-4, start, accumulation_tolerance=tolerance)
         check(cut, ROUNDING)
         assert len(cut.events) * part < len(full.events)
         assert max(limit.error for limit in cut.accumulations) <= tolerance
@@ -204,7 +204,7 @@ def test_contacts_that_hold_all_of_a_scene_come_to_rest():
         contacts=stops,
         impact_friction=True,
     )
-    run = ss.simulate(scene, ss.State([1e-3, 2e-3], [0.0, 0.0], "ddd"), 0.5, max_events=3000)
+    run = ss.simulate(scene, 0.5, ss.State([1e-3, 2e-3], [0.0, 0.0], "ddd"), max_events=3000)
     assert run.stop_reason == "duration"
     assert run.state(0.5).combination == "+++"
     assert run.events.time[-1] < 0.2
@@ -227,7 +227,7 @@ def test_impulses_that_cancel_move_no_other_contact(seed):
     ]
     stiffness = np.diag([1e3, 1e4, 1e3, 1e3])
     scene = ss.Scene(mass, stiffness, force=[20.0, -10.0, 1.0, 0.0], contacts=contacts, impact_friction=True)
-    run = ss.simulate(scene, ss.State([0.0, 1e-3, 0.0, 0.0], [0.0, -0.5, 0.0, 0.0], "d+s"), 0.02)
+    run = ss.simulate(scene, 0.02, ss.State([0.0, 1e-3, 0.0, 0.0], [0.0, -0.5, 0.0, 0.0], "d+s"))
     first = run.events.time == run.events.time[0]
     assert list(run.events.contact[first]) == [0]
     assert run.events.kind[0] == "impact"
@@ -256,7 +256,7 @@ def test_thousands_of_coupled_impacts_leave_the_balance_closed(seed):
         contacts=[ss.Contact(normal=i, restitution=0.5) for i in range(count)],
     )
     start = ss.State(rng.uniform(0.0, 1.0, count), rng.normal(size=count), "d" * count)
-    run = ss.simulate(scene, start, 20.0)
+    run = ss.simulate(scene, 20.0, start)
     balance = run.balance()
     assert len(run.events) > 1000
     # Of 1e4 phases, each of which rounds its energy to 1e-16 with either sign.
@@ -268,9 +268,9 @@ def test_errors_of_a_coupled_mass_name_the_way_out():
     mass, stiffness = [[1.0, 0.3], [0.3, 1.0]], np.diag([1e4, 1e4])
     rubs = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0)
     scene = ss.Scene(mass, stiffness, force=[0.0, -10.0], contacts=[rubs])
-    start = ss.sliding_equilibrium(scene)
+    start = ss.steady_sliding(scene)
     with pytest.raises(ss.InputError, match=r"impact_friction: .* directions of contacts.*Body\.lumped\(\)"):
-        ss.simulate(scene, start, 0.01)
+        ss.simulate(scene, 0.01, start)
     springs = {"normal_stiffness": 1e6, "tangential_stiffness": 1e6}
     sprung = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0, **springs)
     with pytest.raises(ss.InputError, match=r"mass: .*Body\.lumped\(\) or fe\.reduce\(boundary='massless'\)"):

@@ -17,7 +17,7 @@ def block(law: Law | float, damping: float = 0.7) -> tuple[ss.Scene, ss.State]:
     """Return a block on a belt under a given normal force, and a start that grows."""
     contact = ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=0.2)
     scene = ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[contact])
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 def stop_and_friction() -> tuple[ss.Scene, ss.State]:
@@ -36,7 +36,7 @@ def stop_and_friction() -> tuple[ss.Scene, ss.State]:
 def two_subsystems(law: Law | list[Law]) -> tuple[ss.Scene, ss.State]:
     """Return the reference model under a law at both contacts, or one at each."""
     scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 
 
 def skew_block(law: Law) -> ss.Scene:
@@ -55,7 +55,7 @@ def skew_block(law: Law) -> ss.Scene:
 
 def test_friction_and_stops_of_the_modelica_library():
     scene, start = stop_and_friction()
-    run = ss.simulate(scene, start, duration=2.0)
+    run = ss.simulate(scene, 2.0, start)
     times = [0.060597095609, 0.060597095609, 0.201105952, 0.341617058]
     assert run.events.time[:4] == pytest.approx(times, abs=1e-9)
     assert run.events.time[0] == pytest.approx(times[0], abs=1e-12)
@@ -107,12 +107,12 @@ def test_a_hundred_events_of_three_contacts_agree_with_45_digits():
         slider_speed=0.025,
         friction=[Stribeck(1.6, 1.2, 0.1), Rational(1.5, 1.2, 0.1), 1.4],
     )
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     compare(scene, start, events=100, until=1.0)
 
 
 def compare(scene: ss.Scene, start: ss.State, events: int, until: float) -> None:
-    run = ss.simulate(scene, start, duration=until, max_events=events)
+    run = ss.simulate(scene, until, start, max_events=events)
     expected = Peer(scene, start).run(events, until)
     found = run.events
     assert len(expected) == events
@@ -127,7 +127,7 @@ def compare(scene: ss.Scene, start: ss.State, events: int, until: float) -> None
 @pytest.mark.parametrize("law", [*LAWS, TABLE], ids=repr)
 def test_energy_closes(law):
     scene, start = block(law)
-    run = ss.simulate(scene, start, duration=10.0)
+    run = ss.simulate(scene, 10.0, start)
     assert run.stop_reason == "duration"
     assert len(run.events.time) > 20
     balance = run.balance()
@@ -141,7 +141,7 @@ def test_energy_closes(law):
 @pytest.mark.parametrize("law", [*LAWS, TABLE], ids=repr)
 def test_forces_follow_the_law(law):
     scene, start = block(law)
-    run = ss.simulate(scene, start, duration=5.0)
+    run = ss.simulate(scene, 5.0, start)
     sample = run.sample(np.linspace(0.0, 5.0, 200))
     slip = sample.velocity.values[:, 0] - 0.2
     sliding = sample.status.values[:, 0] == "+"
@@ -151,7 +151,7 @@ def test_forces_follow_the_law(law):
 
 def test_a_table_ends_series_at_its_speeds():
     scene, start = block(TABLE)
-    run = ss.simulate(scene, start, duration=1.2)
+    run = ss.simulate(scene, 1.2, start)
 
     def rate(_: float, y: np.ndarray) -> list[float]:
         return [y[1], -100.0 * y[0] - 0.7 * y[1] + 10.0 * TABLE.coefficient(0.2 - y[1])]
@@ -164,8 +164,8 @@ def test_a_table_ends_series_at_its_speeds():
 @pytest.mark.parametrize("law", [Stribeck(0.5, 0.3, 0.1), Linear(0.4, -0.3)], ids=repr)
 def test_slip_that_mass_couples_with_pressure_agrees_with_an_integrator(law):
     scene = skew_block(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.02, "x2": -0.006})
-    run = ss.simulate(scene, start, duration=3.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.02, "x2": -0.006})
+    run = ss.simulate(scene, 3.0, start)
     mass, damping = np.diag([1.0, 1.5]), np.diag([0.4, 0.6])
     t, n, force = np.array([1.0, 0.0]), np.array([0.3, 1.0]), np.array([0.0, -20.0])
 
@@ -202,15 +202,15 @@ def test_slip_that_mass_couples_with_pressure_agrees_with_an_integrator(law):
 def test_constant_laws_move_as_numbers_do():
     scene, start = block(Linear(0.4, 0.0), damping=0.0)
     plain = scene.replace(friction=0.4)
-    found = ss.simulate(scene, start, duration=3.0)
-    expected = ss.simulate(plain, start, duration=3.0)
+    found = ss.simulate(scene, 3.0, start)
+    expected = ss.simulate(plain, 3.0, start)
     np.testing.assert_allclose(found.state(3.0).position, expected.state(3.0).position, atol=1e-13)
 
 
 def test_a_law_that_reaches_zero_stops_the_run():
     scene, start = block(Linear(0.4, -1.0))
     with pytest.raises(ss.RunError, match="its friction reaches 0 at this slip speed") as stopped:
-        ss.simulate(scene, start, duration=50.0)
+        ss.simulate(scene, 50.0, start)
     partial = stopped.value.partial
     end = partial.state(partial.duration if hasattr(partial, "duration") else partial.end)
     assert 0.2 - end.velocity[0] == pytest.approx(0.4, abs=1e-12)
@@ -219,7 +219,7 @@ def test_a_law_that_reaches_zero_stops_the_run():
 def test_what_needs_linear_phases_is_refused():
     scene, start = block(LAWS[0])
     with pytest.raises(ss.InputError, match="method 'modal'"):
-        ss.simulate(scene, start, duration=1.0, method="modal")
+        ss.simulate(scene, 1.0, start, method="modal")
 
 
 def test_impacts_rub_by_the_friction_of_their_slip_velocity():
@@ -228,7 +228,7 @@ def test_impacts_rub_by_the_friction_of_their_slip_velocity():
     scene = ss.Scene(
         [1.0, 1.0], [1.0, 1.0] * np.eye(2), force=[0.0, -10.0], contacts=[contact], impact_friction=True
     )
-    run = ss.simulate(scene, ss.State([0.0, 0.1], [0.0, 0.0], "d"), duration=0.2)
+    run = ss.simulate(scene, 0.2, ss.State([0.0, 0.1], [0.0, 0.0], "d"))
     before = run.state(np.nextafter(run.events.time[0], 0.0)).velocity
     after = run.state(run.events.time[0]).velocity
     # p_t = mu(|s-|) p_n

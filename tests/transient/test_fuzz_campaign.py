@@ -75,7 +75,9 @@ def test_nested_series_are_followed_alike(index):
     """A thousand events, one by one and without merging any, at the same times to 1e-12 s."""
     scene, start = fuzz_scene(5, index)
     modal, taylor = (
-        ss.simulate(scene, start, fuzz_campaign.DURATION, method, max_events=fuzz_campaign.MAX_EVENTS).events
+        ss.simulate(
+            scene, fuzz_campaign.DURATION, start, method=method, max_events=fuzz_campaign.MAX_EVENTS
+        ).events
         for method in ("modal", "taylor")
     )
     assert len(modal) == len(taylor) >= fuzz_campaign.MAX_EVENTS
@@ -209,7 +211,9 @@ def test_slip_without_mass_under_laws(index):
 def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
     """65 nm from its slider, outside of all that rounding can be."""
     scene, start = fuzz_scene(62, 484, ["stops"])
-    modal, series = (ss.simulate(scene, start, 0.0026, method).events for method in ("modal", "taylor"))
+    modal, series = (
+        ss.simulate(scene, 0.0026, start, method=method).events for method in ("modal", "taylor")
+    )
     assert np.array_equal(modal.contact, series.contact)
     assert np.abs(modal.time - series.time).max() < 1e-12
 
@@ -217,7 +221,7 @@ def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
 def test_impulses_that_are_the_rounding_of_another_lift_nothing_off():
     """A mass strikes its floor and a body on two others at once, and the floor takes the whole impulse."""
     scene, start = fuzz_scene(93, 326, ["unsymmetric", "forced", "stops", "compliant"])
-    modal, series = (ss.simulate(scene, start, 0.08, method).events for method in ("modal", "taylor"))
+    modal, series = (ss.simulate(scene, 0.08, start, method=method).events for method in ("modal", "taylor"))
     assert np.array_equal(modal.contact, series.contact)
     assert np.abs(modal.time - series.time).max() < 1e-11
 
@@ -225,7 +229,7 @@ def test_impulses_that_are_the_rounding_of_another_lift_nothing_off():
 def test_two_slips_of_one_body_end_at_one_instant():
     """Both nodes leave their friction limits at second order; to first order rounding decided, 30 times."""
     scene, start = fuzz_scene(86, 163, ["stops", "compliant"])
-    modal, series = (ss.simulate(scene, start, 0.024, method).events for method in ("modal", "taylor"))
+    modal, series = (ss.simulate(scene, 0.024, start, method=method).events for method in ("modal", "taylor"))
     assert list(modal.kind) == list(series.kind)
     assert list(modal.combination) == list(series.combination)
     assert np.abs(modal.time - series.time).max() < 1e-12
@@ -260,8 +264,8 @@ def test_an_integrator_finds_what_is_wrong():
     """In the scene of the test above: that rounding moves one entry far does not excuse the others."""
     scene, start = fuzz_scene(51, 97, ["laws"])
     with pytest.raises(ss.RunError, match="its friction reaches 0") as ended:
-        ss.simulate(scene, start, fuzz_campaign.DURATION)
-    run = ss.simulate(scene, start, (1.0 - 1e-9) * ended.value.partial.duration)
+        ss.simulate(scene, fuzz_campaign.DURATION, start)
+    run = ss.simulate(scene, (1.0 - 1e-9) * ended.value.partial.duration, start)
     assert not phases_by_integrator(run)
     for dof in range(scene.size):
         assert f"entry {dof} of the state" in phases_by_integrator(Planted(run, dof, 1e-6)), dof
@@ -297,7 +301,7 @@ def nodes_on_one_body(speed):
     scene = ss.Scene([1.0], [[0.0]], contacts=nodes)
     # They slip at 1 mm, which their springs of 3 kN/m let it reach at that speed.
     run = ss.simulate(
-        scene, ss.State([1.0], [np.sqrt(speed**2 + 3e-3)], "ss", friction_force=[0.0, 0.0]), 0.1
+        scene, 0.1, ss.State([1.0], [np.sqrt(speed**2 + 3e-3)], "ss", friction_force=[0.0, 0.0])
     )
     assert list(run.events.kind[:2]) == ["slip-", "slip-"]
     return run, float(run.events.time[0])
@@ -348,7 +352,7 @@ class Listed:
 def test_a_wrong_rebound_is_seen():
     """By one part in 1e9 of the largest speed, or an impulse on a mass without contacts."""
     scene, start = fuzz_scene(81, 45, ["stops"])
-    sampled = Sampled(ss.simulate(scene, start, fuzz_campaign.DURATION), powers=False)
+    sampled = Sampled(ss.simulate(scene, fuzz_campaign.DURATION, start), powers=False)
     assert not rebound_law(sampled)
     position, velocity = sampled.after
     events, normal = sampled.run.events, contact_directions(scene)[1]
@@ -405,9 +409,9 @@ def test_a_series_may_end_by_an_accumulation_or_by_its_last_impact():
 def test_a_run_that_is_cut_within_a_series_has_the_events_of_the_whole_run():
     """Two series in turn, in both of which a third contact stops and slips again."""
     scene, start = fuzz_scene(94, 197, ["stops"])
-    events = EventList.of(ss.simulate(scene, start, 0.0114, "taylor"))
+    events = EventList.of(ss.simulate(scene, 0.0114, start, method="taylor"))
     for most in range(900, 966, 5):
-        cut = ss.simulate(scene, start, 0.0114, "taylor", max_events=most)
+        cut = ss.simulate(scene, 0.0114, start, method="taylor", max_events=most)
         assert cut.stop_reason == "max_events"
         before = EventList.of(cut)
         assert events.common(before) == len(before) > 700
@@ -443,12 +447,12 @@ def test_what_has_hardly_begun_to_slide_goes_on_to_in_a_nudged_state():
             state = nearby(scene, start, direction)
             assert state.velocity[1] != start.velocity[1]
             assert np.sign(state.velocity[0] - 1.0) == np.sign(slip)
-            ss.simulate(scene, state, 1e-3)
+            ss.simulate(scene, 1e-3, state)
 
 
 def test_a_position_that_jumps_is_seen():
     scene, start = fuzz_scene(1, 1)
-    run = ss.simulate(scene, start, 0.01)
+    run = ss.simulate(scene, 0.01, start)
     assert len(run.events) > 4
     assert not continuity(run)
     late = run.events.time[len(run.events) // 2]
@@ -500,16 +504,16 @@ def test_the_checks_see_what_is_wrong(index, broken):
     A chain, and contacts that mass couples.
     """
     scene, start = fuzz_scene(1, index)
-    run = ss.simulate(scene, start, 0.1)
-    wrong = ss.simulate(with_friction(scene, 1.01), start, 0.1)
+    run = ss.simulate(scene, 0.1, start)
+    wrong = ss.simulate(with_friction(scene, 1.01), 0.1, start)
     assert not complementarity(Sampled(run))
     assert not impact_law(Sampled(run))
     assert energy_residual(Sampled(run)) < 1e-12
-    taylor = ss.simulate(scene, start, 0.1, method="taylor")
+    taylor = ss.simulate(scene, 0.1, start, method="taylor")
 
     @cache
     def moved(directions):
-        effect = sensitivity(run, lambda start, duration, _: ss.simulate(scene, start, duration), directions)
+        effect = sensitivity(run, lambda start, duration, _: ss.simulate(scene, duration, start), directions)
         return effect, effect
 
     assert compare(run, taylor, moved).verdict == "ok"

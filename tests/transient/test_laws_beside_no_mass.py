@@ -36,8 +36,8 @@ def beside_a_node(law: Law, other: float = 0.6) -> ss.Scene:
 @pytest.mark.parametrize("law", LAWS, ids=repr)
 def test_slip_under_the_force_of_a_spring_agrees_with_an_integrator(law):
     scene = pressed_by_a_spring(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.03, "x2": -0.05})
-    run = ss.simulate(scene, start, duration=3.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.03, "x2": -0.05})
+    run = ss.simulate(scene, 3.0, start)
 
     def rate(_: float, y: np.ndarray) -> np.ndarray:
         force = FORCE - STIFFNESS @ y[:2] - DAMPING @ y[2:]
@@ -70,8 +70,8 @@ def test_slip_under_the_force_of_a_spring_agrees_with_an_integrator(law):
 @pytest.mark.parametrize("scene_of", [pressed_by_a_spring, beside_a_node])
 def test_energy_closes(scene_of, law):
     scene = scene_of(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.15, "x2": -0.05})
-    run = ss.simulate(scene, start, duration=8.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.15, "x2": -0.05})
+    run = ss.simulate(scene, 8.0, start)
     assert run.events.time.size > 2 or law == LAWS[3]
     # Works of some joules.
     assert abs(run.balance().residual) < 1e-12
@@ -83,14 +83,14 @@ def test_energy_closes(scene_of, law):
 def test_a_linear_law_beside_a_node_goes_by_modes():
     """A law of one value moves as the number, and a linear one by modes as by series."""
     scene = beside_a_node(Linear(0.5, -0.2))
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.15})
-    modal, series = (ss.simulate(scene, start, 8.0, method=method) for method in ("modal", "taylor"))
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.15})
+    modal, series = (ss.simulate(scene, 8.0, start, method=method) for method in ("modal", "taylor"))
     assert modal.events.time.size > 4
     assert list(modal.events.combination) == list(series.events.combination)
     np.testing.assert_allclose(modal.events.time, series.events.time, rtol=0.0, atol=1e-11)
     one = beside_a_node(Linear(0.5, 0.0))
-    start = ss.sliding_equilibrium(one).perturbed(velocity={"x1": 0.15})
-    found, expected = (ss.simulate(of, start, 8.0) for of in (one, beside_a_node(0.5)))
+    start = ss.steady_sliding(one).perturbed(velocity={"x1": 0.15})
+    found, expected = (ss.simulate(of, 8.0, start) for of in (one, beside_a_node(0.5)))
     np.testing.assert_allclose(found.events.time, expected.events.time, rtol=0.0, atol=1e-12)
 
 
@@ -98,8 +98,8 @@ def test_a_linear_law_beside_a_node_goes_by_modes():
 @pytest.mark.parametrize("scene_of", [pressed_by_a_spring, beside_a_node])
 def test_multipliers_are_those_of_differenced_runs(scene_of, law):
     scene = scene_of(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.15})
-    cycle = ss.simulate(scene, start, 60.0).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.15})
+    cycle = ss.simulate(scene, 60.0, start).limit_cycle()
     assert len(cycle.combinations) > 1
     assert_multipliers(cycle, 1e-6)
 
@@ -107,7 +107,7 @@ def test_multipliers_are_those_of_differenced_runs(scene_of, law):
 @pytest.mark.parametrize("law", [LAWS[0], LAWS[3]], ids=repr)
 def test_growth_of_sliding_is_that_of_its_linear_equations(law):
     scene = pressed_by_a_spring(law)
-    rest = ss.sliding_equilibrium(scene)
+    rest = ss.steady_sliding(scene)
     pressed = -SPRING * rest.position[1]
     slope = (law.coefficient(SPEED + 1e-6) - law.coefficient(SPEED - 1e-6)) / 2e-6
     damping = DAMPING + np.diag([pressed * slope, 0.0])
@@ -122,9 +122,9 @@ def test_growth_of_sliding_is_that_of_its_linear_equations(law):
 
 def test_motion_that_comes_to_rest_is_an_equilibrium():
     scene = pressed_by_a_spring(Stribeck(0.5, 0.3, 0.1), damping=12.0)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
     with pytest.raises(NotPeriodicError) as found:
-        ss.simulate(scene, start, 20.0).limit_cycle()
+        ss.simulate(scene, 20.0, start).limit_cycle()
     assert found.value.kind == "equilibrium"
 
 

@@ -48,8 +48,8 @@ def slip_speed(law: Law, friction: float, pressed: float) -> float:
 @pytest.mark.parametrize("law", LAWS, ids=repr)
 def test_slip_agrees_with_an_integrator(law):
     scene = block(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
-    run = ss.simulate(scene, start, 3.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.6})
+    run = ss.simulate(scene, 3.0, start)
     assert run.events.time.size >= 2
 
     def rate(_: float, y: np.ndarray, slides: bool) -> list[float]:
@@ -82,7 +82,7 @@ def test_a_node_without_mass_relaxes_exponentially():
     law = Linear(at_rest, slope)
     contact = ss.Contact(tangential=1, normal_force=pressed, friction=law, slider_speed=speed)
     scene = ss.Scene([1.0, 0.0], np.diag([100.0, k]), contacts=[contact])
-    run = ss.simulate(scene, ss.State([0.1, start], [0.0, 0.0], "s"), 1.0)
+    run = ss.simulate(scene, 1.0, ss.State([0.1, start], [0.0, 0.0], "s"))
     onset = (at_rest * pressed / k - start) / speed
     assert list(run.events.kind) == ["slip+"]
     assert run.events.time[0] == pytest.approx(onset, abs=4.0 * np.finfo(float).eps)
@@ -99,8 +99,8 @@ def test_a_node_without_mass_relaxes_exponentially():
 def test_a_stribeck_law_agrees_with_thirty_digits():
     law = LAWS[1]
     scene = block(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.1})
-    run = ss.simulate(scene, start, 0.05)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": -0.1})
+    run = ss.simulate(scene, 0.05, start)
     assert run.events.time.size == 0
     friction = float(run.sample([0.0]).friction_force.values[0, 0])
     with mp.workdps(30):
@@ -128,8 +128,8 @@ def test_a_stribeck_law_agrees_with_thirty_digits():
 def test_a_mass_that_vanishes_has_the_same_motion():
     law = LINEAR
     nodes = block(law)
-    rest = ss.sliding_equilibrium(nodes)
-    expected = ss.simulate(nodes, rest.perturbed(velocity={"x1": 0.15}), 0.06)
+    rest = ss.steady_sliding(nodes)
+    expected = ss.simulate(nodes, 0.06, rest.perturbed(velocity={"x1": 0.15}))
     steady = law.coefficient(SPEED) * PRESSED / SPRING
     differences = []
     for mass in (1e-5, 1e-6, 1e-7):
@@ -137,7 +137,7 @@ def test_a_mass_that_vanishes_has_the_same_motion():
         stiffness = [[100.0 + SPRING, -SPRING], [-SPRING, SPRING]]
         scene = ss.Scene([1.0, mass], stiffness, damping=np.diag([0.4, 0.0]), contacts=[contact])
         start = ss.State([rest.position[0], rest.position[0] + steady], [0.15, 0.0], "+")
-        run = ss.simulate(scene, start, 0.06)
+        run = ss.simulate(scene, 0.06, start)
         differences.append(abs(run.state(0.06).velocity[0] - expected.state(0.06).velocity[0]))
     assert differences[0] < 1e-3
     # In proportion to the mass.
@@ -146,7 +146,7 @@ def test_a_mass_that_vanishes_has_the_same_motion():
 
 
 def test_static_friction_above_the_law_begins_slip_at_a_finite_speed():
-    run = ss.simulate(block(LINEAR, static_friction=0.5), ss.State([0.0], [0.0], "s"), 4.0)
+    run = ss.simulate(block(LINEAR, static_friction=0.5), 4.0, ss.State([0.0], [0.0], "s"))
     assert run.events.kind[0] == "slip+"
     onset = run.events.time[0]
     sample = run.sample([onset])
@@ -169,8 +169,8 @@ def test_normal_force_of_a_spring_agrees_with_an_integrator():
     stiffness, damping = np.array([[100.0, -40.0], [-40.0, 300.0]]), np.array([0.4, 0.8])
     force = np.array([0.0, -12.0])
     scene = ss.Scene([1.0, 1.5], stiffness, damping=np.diag(damping), force=force, contacts=[contact])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.1, "x2": -0.05})
-    run = ss.simulate(scene, start, 2.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.1, "x2": -0.05})
+    run = ss.simulate(scene, 2.0, start)
 
     def rate(_: float, y: np.ndarray) -> list[float]:
         friction, pressed = SPRING * (y[4] - y[0]), -normal_spring * y[1]
@@ -208,8 +208,8 @@ def boundary(laws: list[Law | float]) -> ss.Scene:
 
 def test_contacts_that_springs_tie_agree_with_an_integrator():
     scene = boundary([LINEAR, LINEAR])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
-    run = ss.simulate(scene, start, 2.5)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
+    run = ss.simulate(scene, 2.5, start)
     assert run.events.time.size > 10
 
     def rate(_: float, y: np.ndarray) -> np.ndarray:
@@ -232,27 +232,27 @@ def test_contacts_that_springs_tie_agree_with_an_integrator():
 @pytest.mark.parametrize("laws", [[LINEAR, 0.5], [LAWS[3], LINEAR], [0.5, LAWS[1]]], ids=repr)
 def test_energy_closes_beside_other_contacts_without_mass(laws):
     scene = boundary(laws)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.1, "x2": -0.7})
-    run = ss.simulate(scene, start, 4.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.1, "x2": -0.7})
+    run = ss.simulate(scene, 4.0, start)
     assert run.events.time.size > 3
     assert abs(run.balance().residual) < 1e-12
 
 
 def test_a_motion_goes_on_from_its_states():
     scene = block(LINEAR)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
-    run = ss.simulate(scene, start, 1.0)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.6})
+    run = ss.simulate(scene, 1.0, start)
     for phase in (0, 1, 2):
         begin = 0.5 * (np.r_[0.0, run.events.time][phase] + run.events.time[phase])
-        later = ss.simulate(scene, run.state(begin), 1.0 - begin)
+        later = ss.simulate(scene, 1.0 - begin, run.state(begin))
         np.testing.assert_allclose(later.events.time + begin, run.events.time[phase:], rtol=0.0, atol=1e-14)
 
 
 def test_switched_loads_change_the_slip_speed_at_once():
     contact = ss.Contact(tangential=1, normal_force=4.0, friction=LINEAR, slider_speed=SPEED)
-    loads = [ss.Steps({"x2": 1.0}, times=[0.1, 0.2], values=[0.0, 0.5, 5.0])]
+    loads = [ss.Switched({"x2": 1.0}, times=[0.1, 0.2], values=[0.0, 0.5, 5.0])]
     scene = ss.Scene([1.0, 0.0], np.diag([100.0, 50.0]), contacts=[contact], loads=loads)
-    run = ss.simulate(scene, ss.State([0.0, 0.037], [0.0, 0.0], "+"), 0.3)
+    run = ss.simulate(scene, 0.3, ss.State([0.0, 0.037], [0.0, 0.0], "+"))
     assert list(run.events.kind).count("load") == 2
     for time in (0.1, 0.2):
         before, after = (run.state(instant).position[1] for instant in (time - 1e-12, time))
@@ -268,8 +268,8 @@ def test_multipliers_are_those_of_differenced_runs(law):
     ]
     stiffness = [[140.0, -40.0, 0.0], [-40.0, 400.0, -300.0], [0.0, -300.0, 320.0]]
     scene = ss.Scene([1.0, 0.8, 0.0], stiffness, damping=np.diag([0.1, 0.1, 0.0]), contacts=contacts)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.01})
-    cycle = ss.simulate(scene, start, 60.0).limit_cycle()
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.01})
+    cycle = ss.simulate(scene, 60.0, start).limit_cycle()
     assert len(cycle.combinations) > 1
     assert_multipliers(cycle, 1e-6)
 
@@ -277,20 +277,20 @@ def test_multipliers_are_those_of_differenced_runs(law):
 def settled(scene: ss.Scene, start: ss.State, duration: float, further: float = 10.0) -> str:
     """Return what a motion settles to."""
     with pytest.raises(NotPeriodicError) as found:
-        ss.simulate(scene, start, duration).limit_cycle(further)
+        ss.simulate(scene, duration, start).limit_cycle(further)
     return found.value.kind
 
 
 @pytest.mark.parametrize("law", LAWS, ids=repr)
 def test_motion_that_comes_to_rest_is_an_equilibrium(law):
     scene = block(law)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.6})
     assert settled(scene, start, 60.0) == "equilibrium"
 
 
 def test_contacts_that_springs_tie_come_to_rest():
     scene = boundary([LAWS[3], LAWS[1]])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
     assert settled(scene, start, 60.0) == "equilibrium"
 
 
@@ -298,11 +298,11 @@ def test_contacts_that_springs_tie_come_to_rest():
 def test_what_counts_as_rest_has_no_later_event(law):
     """Slip of a node ends first where the body moves by about the speed of the slider."""
     scene = block(law)
-    rest = ss.sliding_equilibrium(scene)
+    rest = ss.steady_sliding(scene)
     kinds = []
     for speed in np.geomspace(1e-3, 0.4, 40):
         start = rest.perturbed(velocity={"x1": float(speed)})
-        run = ss.simulate(scene, start, 30.0)
+        run = ss.simulate(scene, 30.0, start)
         kinds.append((settled(scene, start, 1e-6, further=0.0) == "equilibrium", run.events.time.size == 0))
     proved, lasts = np.transpose(kinds)
     assert not np.any(proved & ~lasts)
@@ -327,11 +327,11 @@ FLIGHT = ss.State([0.0, 0.01], [0.3, -0.02], "d")
 def test_a_contact_that_sticks_as_it_closes_goes_on():
     """Until it slips and opens again: before, the node moves with the slider."""
     scene = bouncing(Linear(4.0, SLOPE), 0.2, 150.0)
-    closing = ss.simulate(scene, FLIGHT, 0.05).events
+    closing = ss.simulate(scene, 0.05, FLIGHT).events
     assert list(closing.kind) == ["closing"]
     assert list(closing.combination) == ["s"]
     (time,) = closing.time
-    run = ss.simulate(scene, FLIGHT, time + 0.05)
+    run = ss.simulate(scene, time + 0.05, FLIGHT)
     assert run.events.time.size == 1
     state = run.state(time)
     node = state.position[0]
@@ -356,18 +356,18 @@ def test_a_closing_into_slip_ends_a_run_with_the_reason(law, spring):
     """The friction force would grow faster than the static bound: `k (v - x') > mu N'`."""
     start = ss.State([0.0, 0.01], [-3.0, -0.02], "d")
     with pytest.raises(ss.RunError, match="if the contact does not slip as it does"):
-        ss.simulate(bouncing(law, 1.0, spring), start, 1.0)
+        ss.simulate(bouncing(law, 1.0, spring), 1.0, start)
 
 
 @pytest.mark.parametrize(("law", "spring"), [(LINEAR, 3000.0), (LINEAR, 150.0), (LAWS[3], 700.0)], ids=repr)
 def test_an_opening_from_slip_ends_a_run_with_the_reason(law, spring):
     scene = bouncing(law, 0.2, spring)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x2": 2.0})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x2": 2.0})
     with pytest.raises(ss.RunError, match=r"leave tangential_stiffness out, give the dofs mass") as ended:
-        ss.simulate(scene, start, 1.0)
+        ss.simulate(scene, 1.0, start)
     # Up to there the normal force is above zero and falls to it.
     time = float(str(ended.value).split("t = ")[1].split(" s")[0])
-    run = ss.simulate(scene, start, time * (1.0 - 1e-6))
+    run = ss.simulate(scene, time * (1.0 - 1e-6), start)
     forces = run.sample(np.linspace(0.0, run.duration, 200)).normal_force.values[:, 0]
     assert forces.min() == forces[-1]
     assert 0.0 < forces[-1] < 1e-4 * forces[0]
@@ -385,9 +385,9 @@ def test_opening_and_closing_of_contacts_that_are_tied_end_a_run_with_the_reason
     )
     contact = ss.Contact(tangential=2, normal=3, friction=LINEAR, slider_speed=SPEED)
     scene = ss.Scene([1.0, 1.5, 0.0, 0.0], stiffness, force=[0.0, -12.0, 0.0, 0.0], contacts=[contact])
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x2": 3.0})
+    start = ss.steady_sliding(scene).perturbed(velocity={"x2": 3.0})
     with pytest.raises(ss.RunError, match="no stiffness ties that direction"):
-        ss.simulate(scene, start, 3.0)
+        ss.simulate(scene, 3.0, start)
 
 
 def test_a_law_that_levels_off_ends_a_run_with_the_reason():
@@ -397,12 +397,12 @@ def test_a_law_that_levels_off_ends_a_run_with_the_reason():
     loads = [ss.Harmonic({"x2": 40.0}, frequency=0.5)]
     scene = ss.Scene([1.0, 0.0], np.diag([100.0, 50.0]), contacts=[contact], loads=loads)
     with pytest.raises(ss.RunError, match="levels off"):
-        ss.simulate(scene, ss.State([0.0, 0.82], [0.0, 0.0], "s"), 3.0)
+        ss.simulate(scene, 3.0, ss.State([0.0, 0.82], [0.0, 0.0], "s"))
 
 
 def test_a_law_of_one_value_is_a_number():
     number, law = (
-        ss.simulate(block(friction), ss.State([0.05], [0.3], "s"), 5.0)
+        ss.simulate(block(friction), 5.0, ss.State([0.05], [0.3], "s"))
         for friction in (0.5, Linear(0.5, 0.0))
     )
     assert number.events.time.size > 0
@@ -435,11 +435,11 @@ def test_a_node_starts_with_the_friction_force_of_the_state_also_without_any(for
     )
     # So heavy that it does not move: 1e-15 m/s after 10 ms.
     scene = ss.Scene([1e12], [[1e12]], contacts=[node])
-    run = ss.simulate(scene, ss.State([0.0], [0.0], "+", friction_force=[force]), 0.01)
+    run = ss.simulate(scene, 0.01, ss.State([0.0], [0.0], "+", friction_force=[force]))
     time = np.linspace(0.0, 0.01, 5)
     damper = 0.5 * 2.0
     expected = damper * 0.1 + (force - damper * 0.1) * np.exp(-time * 1e3 / damper)
     np.testing.assert_allclose(run.sample(time).friction_force.values[:, 0], expected, atol=1e-12)
     # Without a force in the state it slides steadily.
-    steady = ss.simulate(scene, ss.State([0.0], [0.0], "+"), 0.01)
+    steady = ss.simulate(scene, 0.01, ss.State([0.0], [0.0], "+"))
     np.testing.assert_allclose(steady.sample(time).friction_force.values[:, 0], damper * 0.1, rtol=1e-12)

@@ -22,7 +22,7 @@ def block(law, damping: float = 0.7, **given) -> tuple[ss.Scene, ss.State]:
     """Return a block on a belt under a given normal force, and a start that slides."""
     contact = ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=0.2, **given)
     scene = ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[contact])
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 def two_blocks(law, other=None) -> tuple[ss.Scene, ss.State]:
@@ -33,7 +33,7 @@ def two_blocks(law, other=None) -> tuple[ss.Scene, ss.State]:
     ]
     stiffness = [[160.0, -60.0], [-60.0, 300.0]]
     scene = ss.Scene([1.0, 1.4], stiffness, damping=np.diag([0.2, 0.3]), contacts=contacts)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 def pressed_block(law) -> tuple[ss.Scene, ss.State]:
@@ -43,7 +43,7 @@ def pressed_block(law) -> tuple[ss.Scene, ss.State]:
     scene = ss.Scene(
         [1.0, 1.0], stiffness, damping=np.diag([0.7, 0.1]), force=[0.0, -10.0], contacts=[contact]
     )
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 def block_and_stops(law) -> tuple[ss.Scene, ss.State]:
@@ -66,7 +66,7 @@ def coupled_blocks(law) -> tuple[ss.Scene, ss.State]:
     stiffness = [[160.0, -60.0], [-60.0, 300.0]]
     mass = [[1.0, 0.2], [0.2, 1.4]]
     scene = ss.Scene(mass, stiffness, damping=np.diag([0.2, 0.3]), contacts=contacts)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 def shaken_block(law) -> tuple[ss.Scene, ss.State]:
@@ -80,7 +80,7 @@ def shaken_block(law) -> tuple[ss.Scene, ss.State]:
     )
     loads = [ss.Harmonic({"x1": 1.0}, frequency=2.3)]
     scene = ss.Scene([1.0], [[100.0]], damping=[[0.3]], contacts=[contact], loads=loads)
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
 
 
 SCENES = [block, two_blocks, pressed_block, block_and_stops, coupled_blocks, shaken_block]
@@ -90,7 +90,7 @@ def test_a_sliding_block_is_a_damped_oscillator_in_closed_form():
     law = Linear(0.4, 0.05)
     scene, start = block(law)
     times = np.linspace(0.0, 6.0, 50)
-    run = ss.simulate(scene, start, duration=6.0, method="modal")
+    run = ss.simulate(scene, 6.0, start, method="modal")
     assert run.events.time.size == 0
     # x'' + (c + N m) x' + k x = N (mu0 + m v)
     decay, rest = (0.7 + 0.5) / 2.0, 10.0 * (0.4 + 0.05 * 0.2) / 100.0
@@ -121,7 +121,7 @@ def test_two_sliders_on_one_dof_of_which_some_vibrate(own, other, first):
             for force, friction, speed, amplitude in ((10.0, law, 0.5, own), (5.0, 0.1, 0.9, other))
         ]
         scene = ss.Scene([1.0], [[100.0]], contacts=contacts if first else contacts[::-1])
-        end = ss.simulate(scene, ss.State([0.0], [0.0], "++", dofs=scene.dofs), 0.4).state(0.4)
+        end = ss.simulate(scene, 0.4, ss.State([0.0], [0.0], "++", dofs=scene.dofs)).state(0.4)
         ends.append([*end.position, *end.velocity])
     np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
 
@@ -130,7 +130,7 @@ def test_the_end_of_slip_is_a_root_of_the_closed_form():
     mp.dps = 40
     scene, start = block(Linear(0.4, -0.3))
     start = start.perturbed(velocity={"x1": 0.1})
-    run = ss.simulate(scene, start, duration=5.0, max_events=1)
+    run = ss.simulate(scene, 5.0, start, max_events=1)
     decay, rest = (mpf(0.7) - 10 * mpf(0.3)) / 2, 10 * (mpf(0.4) - mpf(0.3) * mpf(0.2)) / 100
     rate = mp.sqrt(100 - decay**2)
     away, speed = mpf(float(start.position[0])) - rest, mpf(float(start.velocity[0]))
@@ -151,8 +151,8 @@ def test_modes_and_both_series_have_the_same_events(scene_of, law):
         law = Linear(8.0, 10.0 * law.slope)
     scene, start = scene_of(law)
     nonlinear, _ = scene_of(table(law))
-    modal = ss.simulate(scene, start, duration=4.0, method="modal")
-    others = [ss.simulate(scene, start, duration=4.0, method="taylor"), ss.simulate(nonlinear, start, 4.0)]
+    modal = ss.simulate(scene, 4.0, start, method="modal")
+    others = [ss.simulate(scene, 4.0, start, method="taylor"), ss.simulate(nonlinear, 4.0, start)]
     for other in others:
         assert list(modal.events.combination) == list(other.events.combination)
         assert list(modal.events.kind) == list(other.events.kind)
@@ -168,7 +168,8 @@ def test_modes_and_both_series_have_the_same_events(scene_of, law):
 
 def test_laws_with_one_value_are_linear():
     for law in (Stribeck(0.4, 0.4, 0.1, 0.05), Rational(0.4, 0.4, 0.1), Linear(0.4, 0.0)):
-        run = ss.simulate(*block(law), duration=1.0, method="modal")
+        scene, start = block(law)
+        run = ss.simulate(scene, 1.0, start, method="modal")
         assert run.stop_reason == "duration"
 
 
@@ -178,7 +179,7 @@ def test_a_normal_force_that_moves_is_refused_by_modes():
     stiffness = [[100.0, -20.0], [-20.0, 500.0]]
     scene = ss.Scene([1.0, 1.0], stiffness, force=[0.0, -10.0], contacts=[contact])
     with pytest.raises(ss.InputError, match="method 'modal'"):
-        ss.simulate(scene, ss.sliding_equilibrium(scene), duration=1.0, method="modal")
+        ss.simulate(scene, 1.0, ss.steady_sliding(scene), method="modal")
 
 
 @pytest.mark.parametrize("method", ["modal", "taylor"])
@@ -186,13 +187,13 @@ def test_friction_that_falls_to_zero_stops_the_run(method):
     law = Linear(0.4, -1.0)
     scene, start = block(law)
     with pytest.raises(ss.RunError, match=r"contact 0 at t = .* its friction reaches 0") as stopped:
-        ss.simulate(scene, start, duration=50.0, method=method)
+        ss.simulate(scene, 50.0, start, method=method)
     partial = stopped.value.partial
     assert 0.2 - partial.state(partial.duration).velocity[0] == pytest.approx(0.4, abs=1e-12)
     # It begins beyond.
     beyond = ss.State(start.position, [-0.3], "+", dofs=scene.dofs)
     with pytest.raises(ss.RunError, match="at t = 0 s: its friction reaches 0"):
-        ss.simulate(scene, beyond, duration=1.0, method=method)
+        ss.simulate(scene, 1.0, beyond, method=method)
 
 
 def test_cycles_multipliers_and_harmonics_are_those_of_the_series():
@@ -201,7 +202,7 @@ def test_cycles_multipliers_and_harmonics_are_those_of_the_series():
     for same in (law, table(law)):
         scene, _ = block(same, static_friction=0.45)
         start = ss.State([0.04], [0.2], "s", dofs=scene.dofs)
-        cycles.append(ss.simulate(scene, start, 20.0).limit_cycle())
+        cycles.append(ss.simulate(scene, 20.0, start).limit_cycle())
     found, expected = cycles
     assert found.period == pytest.approx(expected.period, rel=1e-12)
     np.testing.assert_allclose(found.multipliers, expected.multipliers, atol=1e-10)

@@ -42,9 +42,7 @@ def cells(kind, count, seed, **laws):
         tie(2 * a, 2 * b)
         tie(2 * a + 1, 2 * b + 1)
     damping = (
-        ss.Proportional(stiffness=rng.choice([0.0, 1e-5, 1e-4]))
-        if seed % 2
-        else sp.csr_array(1e-4 * stiffness)
+        ss.Rayleigh(stiffness=rng.choice([0.0, 1e-5, 1e-4])) if seed % 2 else sp.csr_array(1e-4 * stiffness)
     )
     friction = rng.uniform(0.2, 0.8, count)
     scene = ss.Scene(
@@ -101,7 +99,7 @@ def assert_same(local, whole, tolerance=1e-9):
 
 
 def both(scene, start, duration, **options):
-    return [ss.simulate(scene, start, duration, method=method, **options) for method in ("local", "taylor")]
+    return [ss.simulate(scene, duration, start, method=method, **options) for method in ("local", "taylor")]
 
 
 LAWS = [
@@ -140,7 +138,7 @@ def test_events_of_a_chain_cost_the_same_at_any_length():
     sizes, work = (100, 600, 4000), []
     for count in sizes:
         scene, start = long_chain(count)
-        run = ss.simulate(scene, start, 2e-3, method="local")
+        run = ss.simulate(scene, 2e-3, start, method="local")
         assert run.counters["panels"] == 2
         work.append([run.counters[name] / len(run.events) for name in ("expansions", "refinements")])
     # The ends of a chain cut some reaches short.
@@ -154,7 +152,7 @@ def test_counted_work():
     counted = {}
     for count in (50, 200):
         scene, start = long_chain(count)
-        run = ss.simulate(scene, start, 4e-3, method="local")
+        run = ss.simulate(scene, 4e-3, start, method="local")
         names = ("phases", "panels", "expansions", "refinements", "combinations", "leaps")
         counted[count] = (len(run.events), *(run.counters[name] for name in names))
     # Events, phases, panels, coordinates expanded, functions looked at, combinations, leaps.
@@ -183,7 +181,7 @@ def test_sampling_and_energy():
 def test_loads():
     loads = [
         ss.Harmonic({0: 20.0}, frequency=150.0),
-        ss.Steps({7: 300.0}, times=[4e-3, 7e-3], values=[0.0, 1.0, -1.0]),
+        ss.Switched({7: 300.0}, times=[4e-3, 7e-3], values=[0.0, 1.0, -1.0]),
     ]
     scene, start = cells("chain", 12, 3)
     scene = scene.replace(loads=loads)
@@ -233,7 +231,7 @@ def test_uncoupled_parts_are_no_special_case():
         for i in range(2)
     ]
     scene = ss.Scene(
-        np.tile(part.mass, 3), stiffness, ss.Proportional(stiffness=1e-4), np.tile(part.force, 3), contacts
+        np.tile(part.mass, 3), stiffness, ss.Rayleigh(stiffness=1e-4), np.tile(part.force, 3), contacts
     )
     position = np.zeros(24)
     position[3::4] = np.linspace(1e-5, 1e-4, 6)
@@ -245,7 +243,7 @@ def test_uncoupled_parts_choose_for_themselves():
     """A chain too large for modes marches locally beside two small parts that go by modes."""
     chain, own = long_chain(60)
     small = ss.models.two_subsystems()
-    sliding = ss.sliding_equilibrium(small).perturbed(velocity={"x1": 1e-3})
+    sliding = ss.steady_sliding(small).perturbed(velocity={"x1": 1e-3})
     contacts = list(chain.contacts)
     for first in (chain.size, chain.size + small.size):
         contacts += [
@@ -268,14 +266,14 @@ def test_uncoupled_parts_choose_for_themselves():
         np.concatenate([own.velocity, sliding.velocity, sliding.velocity]),
         "d" * 60 + "++++",
     )
-    run = ss.simulate(scene, start, 5e-3)
-    alone = ss.simulate(chain, own, 5e-3)
+    run = ss.simulate(scene, 5e-3, start)
+    alone = ss.simulate(chain, 5e-3, own)
     assert run.counters["expansions"] == alone.counters["expansions"] > 0
     assert run.counters["leaps"] > 0
-    assert_same(ss.simulate(scene, start, 5e-3, method="local"), run)
+    assert_same(ss.simulate(scene, 5e-3, start, method="local"), run)
     assert_identical(pickle.loads(pickle.dumps(run)), run)
     most = len(run.events) // 2
-    less = ss.simulate(scene, start, 5e-3, max_events=most)
+    less = ss.simulate(scene, 5e-3, start, max_events=most)
     assert np.array_equal(less.events.time, run.events.time[:most])
     assert np.array_equal(less.state(less.duration).position, run.state(less.duration).position)
     assert_identical(pickle.loads(pickle.dumps(less)), less)
@@ -286,20 +284,23 @@ def test_what_cannot_be_marched_locally_is_refused():
     stiffness = 1e4 * np.eye(2)
     scene = ss.Scene(mass, stiffness)
     with pytest.raises(ss.StickslipError, match="'local' does not work here: mass couples"):
-        ss.simulate(scene, ss.State([1e-3, 0.0], [0.0, 0.0], ""), 0.1, method="local")
+        ss.simulate(scene, 0.1, ss.State([1e-3, 0.0], [0.0, 0.0], ""), method="local")
 
 
 def bouncing(kind="grid", count=16, seed=2):
     """Return cells that fall, bounce with accumulations, stick and slip, under a load that is switched."""
     scene, start = cells(kind, count, seed, restitution=0.5, static=True)
-    loads = [ss.Harmonic({0: 20.0}, frequency=150.0), ss.Steps({7: 300.0}, times=[4e-3], values=[0.0, 1.0])]
+    loads = [
+        ss.Harmonic({0: 20.0}, frequency=150.0),
+        ss.Switched({7: 300.0}, times=[4e-3], values=[0.0, 1.0]),
+    ]
     return scene.replace(loads=loads), start
 
 
 @pytest.mark.parametrize("limits", [{}, {"max_events": 30}, {"accumulation_tolerance": 1e-6}], ids=str)
 def test_a_motion_comes_back_from_its_record_to_the_last_bit(limits):
     scene, start = bouncing()
-    run = ss.simulate(scene, start, 0.012, method="local", **limits)
+    run = ss.simulate(scene, 0.012, start, method="local", **limits)
     assert len(run.events) >= 30
     assert limits == {"max_events": 30} or len(run.accumulations) > 3
     again = pickle.loads(pickle.dumps(run))
@@ -317,7 +318,7 @@ def test_a_motion_comes_back_from_its_record_to_the_last_bit(limits):
 def test_a_motion_keeps_what_its_events_have_set():
     """Not a state for each event: a record of a long chain is a fraction of its states."""
     scene, start = long_chain(300)
-    run = ss.simulate(scene, start, 2e-3, method="local")
+    run = ss.simulate(scene, 2e-3, start, method="local")
     states = 8 * 2 * 1200 * len(run.events)
     assert len(pickle.dumps(run.core.record())) < states / 10
 
@@ -327,27 +328,27 @@ def test_many_local_runs():
     starts = [start, start.perturbed(velocity={0: 1e-3})]
     batch = ss.simulate_many(scene, starts, duration=0.01, method="local", threads=2)
     for one, single in zip(batch, starts, strict=True):
-        assert_identical(one.run, ss.simulate(scene, single, 0.01, method="local"))
+        assert_identical(one.run, ss.simulate(scene, 0.01, single, method="local"))
 
 
 def test_large_sparse_scenes_march_locally_by_themselves():
     """Beyond the size at which modes are thought of, and where no product is dense."""
     for count, local in ((40, False), (60, True)):
         scene, start = long_chain(count)
-        run = ss.simulate(scene, start, 2e-3)
+        run = ss.simulate(scene, 2e-3, start)
         assert (run.counters["expansions"] > 0) == local
     stiffness = sp.csr_array(scene.stiffness).toarray() + 1e-3
     dense = ss.Scene(np.ones(240), stiffness, force=scene.force, contacts=scene.contacts)
-    run = ss.simulate(dense, ss.State(start.position, start.velocity, "d" * 60), 2e-4)
+    run = ss.simulate(dense, 2e-4, ss.State(start.position, start.velocity, "d" * 60))
     assert run.counters["expansions"] == 0
 
 
 @pytest.mark.parametrize("by_time", [False, True])
 def test_a_run_that_is_stopped_keeps_what_it_has(by_time):
     scene, start = cells("chain", 100, 1, static=True)
-    whole = ss.simulate(scene, start, 0.01, method="local")
+    whole = ss.simulate(scene, 0.01, start, method="local")
     limit = {"time_limit": 1e-9} if by_time else {"max_events": 64}
-    run = ss.simulate(scene, start, 0.01, method="local", **limit)
+    run = ss.simulate(scene, 0.01, start, method="local", **limit)
     assert run.stop_reason == ("time_limit" if by_time else "max_events")
     assert run.duration < whole.duration
     assert_identical(pickle.loads(pickle.dumps(run)), run)

@@ -76,7 +76,7 @@ def test_against_brute_force(seed: int, contacts: int, static: bool) -> None:
     state = [*start.position[:inner], *start.velocity[:inner]]
     end = reference.run(state, start.combination, duration, places)
     for method in ("modal", "taylor"):
-        run = ss.simulate(scene, start, duration, method=method)
+        run = ss.simulate(scene, duration, start, method=method)
         assert_same_events(run, reference)
         last = run.state(duration)
         np.testing.assert_allclose([*last.position[:inner], *last.velocity[:inner]], end, atol=1e-8)
@@ -88,7 +88,7 @@ def test_against_brute_force(seed: int, contacts: int, static: bool) -> None:
 def test_dofs_without_mass_follow_in_modes_and_states() -> None:
     """`x_b` is where statics put it, in states, samples and mode shapes."""
     scene, _, start = boundary(4, 2, static=False)
-    run = ss.simulate(scene, start, 0.05)
+    run = ss.simulate(scene, 0.05, start)
     sample = run.sample(np.linspace(0.0, run.duration, 51))
     load = sample.position.values @ np.asarray(scene.stiffness).T - scene.force
     forces = np.stack([sample.friction_force.values, sample.normal_force.values], axis=2).reshape(51, 4)

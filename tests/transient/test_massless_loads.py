@@ -38,7 +38,7 @@ def test_harmonic_loads_against_brute_force(seed: int, contacts: int, static: bo
     state = [*start.position[:inner], np.cos(phase), *start.velocity[:inner], -rate * np.sin(phase)]
     end = reference.run(state, start.combination, duration, [0.0] * contacts)
     for method in ("modal", "taylor"):
-        run = ss.simulate(loaded, start, duration, method)
+        run = ss.simulate(loaded, duration, start, method=method)
         assert_same_events(run, reference)
         last = run.state(duration)
         np.testing.assert_allclose(last.position[:inner], end[:inner], atol=1e-8)
@@ -86,11 +86,11 @@ def test_a_vibrating_slider_is_a_load_in_its_frame(static: float) -> None:
     for method in ("modal", "taylor"):
         one = ss.simulate(
             shaken,
-            ss.State(start.position + moved[0], start.velocity + moved[1], "s", friction_force=[0.5]),
             1.0,
-            method,
+            ss.State(start.position + moved[0], start.velocity + moved[1], "s", friction_force=[0.5]),
+            method=method,
         )
-        other = ss.simulate(loaded, start, 1.0, method)
+        other = ss.simulate(loaded, 1.0, start, method=method)
         assert len(one.events) > 10
         assert list(one.events.kind) == list(other.events.kind)
         np.testing.assert_allclose(one.events.time, other.events.time, atol=1e-11)
@@ -113,10 +113,10 @@ def test_a_switched_load_moves_a_dof_without_mass_at_once() -> None:
         np.diag([1e4, k, 1e5]),
         force=[0.0, 0.0, -pressed],
         contacts=[ss.Contact(tangential=1, normal=2, friction=mu)],
-        loads=[ss.Steps({1: 1.0}, times=times, values=forces)],
+        loads=[ss.Switched({1: 1.0}, times=times, values=forces)],
     )
     start = ss.State([1e-4, 0.0, 0.0], np.zeros(3), "s")
-    run = ss.simulate(scene, start, 0.06)
+    run = ss.simulate(scene, 0.06, start)
     place = 0.0
     for begin, force in zip([0.0, *times], forces, strict=True):
         place = np.clip(place, (force - mu * pressed) / k, (force + mu * pressed) / k)

@@ -35,14 +35,14 @@ contacts = [
 scene = ss.Scene(
     np.append(np.ones(modes), np.zeros(2 * pairs)),
     stiffness,
-    damping=ss.Proportional(stiffness=1e-9),
+    damping=ss.Rayleigh(stiffness=1e-9),
     force=force,
     contacts=contacts,
     loads=[ss.Harmonic({k: 3000.0 for k in range(6)}, 700.0)],
 )
-start = ss.sliding_equilibrium(scene)
+start = ss.steady_sliding(scene)
 start = start.perturbed(velocity={k: 0.005 * rng.normal() for k in range(modes)})
-run = ss.simulate(scene, start, 0.2, max_events=1000)
+run = ss.simulate(scene, 0.2, start, max_events=1000)
 # The peak of getrusage may be that of the process that began this one.
 peak = re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]
 print(len(run.events), run.counters["combinations"], peak)

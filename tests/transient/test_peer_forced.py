@@ -14,9 +14,9 @@ def test_random_forced_scenes(seed):
     scene, start = scene_of(seed)
     mass = scene.mass if scene.mass.ndim == 1 else np.diag(scene.mass)
     scene = scene.replace(restitution=0.0, impact_friction=False, mass=mass)
-    start = ss.State(ss.sliding_equilibrium(scene).position, start.velocity, "+")
+    start = ss.State(ss.steady_sliding(scene).position, start.velocity, "+")
     peer = integrate_forced(scene, start, 1.0)
-    run = ss.simulate(scene, start, 1.0)
+    run = ss.simulate(scene, 1.0, start)
     events = run.events
     ours = list(zip(events.contact.tolist(), events.kind.tolist(), events.combination.tolist(), strict=True))
     assert ours == peer.labels()

@@ -16,25 +16,25 @@ def bouncing():
     scene = ss.Scene(
         mass=[1.0, 1.0],
         stiffness=[[1e3, 0.0], [0.0, 1e2]],
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, -20.0],
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=0.1, restitution=0.5)],
     )
-    return ss.simulate(scene, ss.State([0.0, 1e-3], [0.0, 0.0], "d", dofs=scene.dofs), 1.0)
+    return ss.simulate(scene, 1.0, ss.State([0.0, 1e-3], [0.0, 0.0], "d", dofs=scene.dofs))
 
 
 def gliding():
     scene = ss.models.two_subsystems(friction=1.5)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    return ss.simulate(scene, start, 0.2)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    return ss.simulate(scene, 0.2, start)
 
 
 def marching():
     """Bounces and slips of a local march, with a load that is switched."""
     scene, start = long_chain(2)
     contacts = [replace(contact, restitution=0.5) for contact in scene.contacts]
-    loads = [ss.Steps({"x1": 30.0}, times=[4e-3], values=[0.0, 1.0])]
-    return ss.simulate(scene.replace(contacts=contacts, loads=loads), start, 8e-3, method="local")
+    loads = [ss.Switched({"x1": 30.0}, times=[4e-3], values=[0.0, 1.0])]
+    return ss.simulate(scene.replace(contacts=contacts, loads=loads), 8e-3, start, method="local")
 
 
 RUNS = {"bouncing": bouncing(), "two subsystems": gliding(), "local": marching()}

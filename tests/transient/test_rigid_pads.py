@@ -26,7 +26,7 @@ def test_a_pad_slips_at_the_sum_of_its_limits(points):
         impact_friction=True,
     )
     state = ss.State([0.0, 0.0, 0.0], [0.1, 0.0, 0.0], "s" * points, dofs=scene.dofs)
-    run = ss.simulate(scene, state, 1e-3, time_limit=20.0)
+    run = ss.simulate(scene, 1e-3, state, time_limit=20.0)
     assert run.stop_reason == "duration"
     # 1e6 N/m times 0.1 m/s t is 0.3 times 100 N.
     assert run.events.time[0] == pytest.approx(3e-4, rel=1e-12)

@@ -26,7 +26,7 @@ def chattering_belt(**changes):
 def test_time_limit():
     scene, start = chattering_belt()
     began = time.perf_counter()
-    run = ss.simulate(scene, start, ENDLESS, time_limit=0.1)
+    run = ss.simulate(scene, ENDLESS, start, time_limit=0.1)
     elapsed = time.perf_counter() - began
     assert run.stop_reason == "time_limit"
     # Asked every tenth of a millisecond or panel; the rest is the conversion of the events.
@@ -40,7 +40,7 @@ def test_time_limit():
 @pytest.mark.parametrize("most", [0, 1, 7])
 def test_max_events(most):
     scene, start = chattering_belt()
-    run = ss.simulate(scene, start, ENDLESS, max_events=most)
+    run = ss.simulate(scene, ENDLESS, start, max_events=most)
     assert run.stop_reason == "max_events"
     assert len(run.events) == most
     assert run.duration == (run.events.time[-1] if most else 0.0)
@@ -55,7 +55,7 @@ INTERRUPTED = """
     scene, start = SCENE()
     interrupt = Interrupt(after=0.3)
     try:
-        ss.simulate(scene, start, ENDLESS, method=METHOD)
+        ss.simulate(scene, ENDLESS, start, method=METHOD)
     except KeyboardInterrupt as stopped:
         unheard = interrupt.unheard()
         run = stopped.partial
@@ -91,9 +91,9 @@ def test_growth_without_bound_ends_with_the_part_computed():
         force=[0.0, -20.0, 0.0],
         contacts=[ss.Contact(tangential=2, normal=1, friction=0.3, slider_speed=0.1)],
     )
-    start = ss.sliding_equilibrium(scene).perturbed(position={"x1": 1e-6})
+    start = ss.steady_sliding(scene).perturbed(position={"x1": 1e-6})
     for method in ("modal", "taylor"):
-        run = ss.simulate(scene, start, 100.0, method=method)
+        run = ss.simulate(scene, 100.0, start, method=method)
         assert run.stop_reason == "unbounded"
         # 5e-7 e^(100 t) = 1.8e308 at 7.24 s.
         latest = (np.log(np.finfo(float).max) - np.log(5e-7)) / 100.0
@@ -107,8 +107,8 @@ def test_growth_without_bound_ends_with_the_part_computed():
 def test_a_flutter_without_any_limit_but_lift_off():
     """Friction 3 under a thousandfold load: it grows through lift-off and impacts, in bounded work."""
     scene = ss.models.two_subsystems(friction=3.0, slider_speed=1e9, preload_displacement=1.0)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    run = ss.simulate(scene, start, 0.5, max_events=2000)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+    run = ss.simulate(scene, 0.5, start, max_events=2000)
     assert run.stop_reason in ("duration", "max_events")
     assert {"release", "impact"} <= set(run.events.kind)
     assert np.isfinite(run.state(run.duration).position).all()
@@ -124,7 +124,7 @@ def tangent():
 @pytest.mark.parametrize("method", ["modal", "taylor"])
 def test_a_touch_within_rounding_is_reported(tangent, method):
     scene, start, period = tangent
-    run = ss.simulate(scene, start, 1.5 * period, method=method)
+    run = ss.simulate(scene, 1.5 * period, start, method=method)
     (touch,) = run.grazings
     # A double root: rounding moves it by the square root of itself.
     assert touch.time == pytest.approx(period, rel=np.sqrt(100 * np.finfo(float).eps))
@@ -138,7 +138,7 @@ def test_a_touch_within_rounding_is_reported(tangent, method):
 
 def test_on_grazing_stop(tangent):
     scene, start, period = tangent
-    run = ss.simulate(scene, start, 1.5 * period, on_grazing="stop")
+    run = ss.simulate(scene, 1.5 * period, start, on_grazing="stop")
     assert run.stop_reason == "grazing"
     assert len(run.grazings) == 1
     assert run.duration == pytest.approx(run.grazings[0].time, abs=np.spacing(period))
@@ -154,9 +154,9 @@ def test_a_motion_ends_at_an_event_that_no_phase_can_follow():
     scene = ss.Scene(mass=np.ones(3), stiffness=stiffness, force=[0.0, -1.0, 0.0], contacts=[contact])
     start = ss.State([0.0, 0.1, 0.0], np.zeros(3), "d", dofs=scene.dofs)
     with pytest.raises(ss.RunError, match="defective") as stopped:
-        ss.simulate(scene, start, 3.0, method="modal")
+        ss.simulate(scene, 3.0, start, method="modal")
     run = stopped.value.partial
-    whole = ss.simulate(scene, start, 3.0, method="taylor")
+    whole = ss.simulate(scene, 3.0, start, method="taylor")
     assert run.duration == pytest.approx(whole.events.time[0], rel=1e-12)
     # The event itself is not part of the motion: the state at its end is the one before it.
     assert not run.events.combination.size
@@ -171,11 +171,11 @@ class OverdueError(Exception):
 
 
 def looked_for(scene, start):
-    ss.simulate(scene, start, 0.01).limit_cycle(further=ENDLESS)
+    ss.simulate(scene, 0.01, start).limit_cycle(further=ENDLESS)
 
 
 def run_on(scene, start):
-    ss.simulate(scene, start, ENDLESS)
+    ss.simulate(scene, ENDLESS, start)
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is no timer of signals")
@@ -193,7 +193,8 @@ def test_what_a_signal_handler_raises_passes(work):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
     # Nothing of it is left for the next run.
-    assert ss.simulate(*chattering_belt(), 0.1).stop_reason == "duration"
+    scene, start = chattering_belt()
+    assert ss.simulate(scene, 0.1, start).stop_reason == "duration"
 
 
 def two_weakly_tied_blocks():
@@ -207,8 +208,8 @@ def two_weakly_tied_blocks():
     scene = ss.Scene(
         [1.0] * 4,
         stiffness,
-        damping=ss.Proportional(stiffness=1e-4),
+        damping=ss.Rayleigh(stiffness=1e-4),
         force=[0.0, 0.0, -100.0, -100.0],
         contacts=contacts,
     )
-    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5, "x2": -0.5})
+    return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5, "x2": -0.5})

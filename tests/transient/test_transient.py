@@ -13,7 +13,7 @@ EPS = np.finfo(float).eps
 @given(drawn_scenes(), st.data())
 def test_state_and_sample_agree_and_a_run_can_be_cut_anywhere(drawn, data):
     start = drawn.kicked(data.draw(st.floats(0.1, 3.0), label="strength"))
-    run = ss.simulate(drawn.scene, start, 0.05)
+    run = ss.simulate(drawn.scene, 0.05, start)
     times = np.sort(drawn.rng.uniform(0.0, run.duration, 20))
     sample = run.sample(drawn.rng.permutation(times)).sortby("time")
     for time in times:
@@ -35,7 +35,7 @@ def test_state_and_sample_agree_and_a_run_can_be_cut_anywhere(drawn, data):
 @given(drawn_scenes(), st.data())
 def test_contact_conditions_hold_between_events(drawn, data):
     scene = drawn.scene
-    run = ss.simulate(scene, drawn.kicked(data.draw(st.floats(0.1, 3.0), label="strength")), 0.05)
+    run = ss.simulate(scene, 0.05, drawn.kicked(data.draw(st.floats(0.1, 3.0), label="strength")))
     sample = run.sample(np.linspace(0.0, run.duration, 2001))
     force = np.abs(sample.normal_force).values.max() + np.abs(scene.force).max()
     # Constraints are exact coordinates; forces and slip velocities carry rounding of their terms.
@@ -67,7 +67,7 @@ def test_contact_conditions_hold_between_events(drawn, data):
 
 @given(drawn_scenes(), st.data())
 def test_modal_coordinates_build_the_motion(drawn, data):
-    run = ss.simulate(drawn.scene, drawn.kicked(data.draw(st.floats(0.1, 3.0), label="strength")), 0.03)
+    run = ss.simulate(drawn.scene, 0.03, drawn.kicked(data.draw(st.floats(0.1, 3.0), label="strength")))
     times = np.linspace(0.0, run.duration, 50)
     coordinates = run.modal_coordinates(times)
     velocity = run.sample(times).velocity
@@ -76,7 +76,7 @@ def test_modal_coordinates_build_the_motion(drawn, data):
         z = coordinates.values[row, : modes.eigenvalues.size]
         assert np.isnan(coordinates.values[row, modes.eigenvalues.size :]).all()
         free = modes.eigenvalues.size // 2
-        rates = ss.reduce(drawn.scene, str(combination)).right_basis @ (modes.right[free:] @ z)
+        rates = ss.equations_of(drawn.scene, str(combination)).right_basis @ (modes.right[free:] @ z)
         for i, contact in enumerate(drawn.scene.contacts):
             if combination[i] == "s":
                 rates = rates + contact.slider_speed * drawn.scene.tangential_direction(i)
@@ -87,15 +87,15 @@ def test_modal_coordinates_build_the_motion(drawn, data):
 
 
 def test_limits_of_a_run(standard):
-    run = ss.simulate(standard.scene, standard.start, 0.6, max_events=7)
+    run = ss.simulate(standard.scene, 0.6, standard.start, max_events=7)
     assert len(run.events) == 7
     assert run.stop_reason == "max_events"
     assert run.duration == run.events.time[-1]
-    assert ss.simulate(standard.scene, standard.start, 0.6, max_events=0).stop_reason == "max_events"
+    assert ss.simulate(standard.scene, 0.6, standard.start, max_events=0).stop_reason == "max_events"
 
 
 def test_arrays_of_a_sample_carry_names_and_units(standard):
-    run = ss.simulate(standard.scene, standard.start, 0.13)
+    run = ss.simulate(standard.scene, 0.13, standard.start)
     sample = run.sample([0.0, 0.125])
     assert sample.position.dims == sample.velocity.dims == ("time", "dof")
     assert sample.normal_force.dims == sample.friction_force.dims == sample.status.dims == ("time", "contact")

@@ -26,7 +26,7 @@ def compared(mass, stiffness, static, kinetic, speed, period, largest):
     omega, a = mp.sqrt(k / m), (high - low) / k
     stick, slip = 2 * a / v, 2 / omega * (mp.pi - mp.atan(a * omega / v))
     start = ss.State([0.0, 0.0], [speed, 0.0], "s")
-    cycle = ss.simulate(scene, start, 4.0 * float(stick + slip)).limit_cycle()
+    cycle = ss.simulate(scene, 4.0 * float(stick + slip), start).limit_cycle()
     durations = dict(zip(cycle.combinations, cycle.durations, strict=True))
     extent = (low / k + mp.hypot(a, v / omega), low / k - mp.hypot(a, v / omega))
     return [

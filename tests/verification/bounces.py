@@ -35,7 +35,7 @@ def compared(mass, stiffness, gravity, restitution, height, references, shown):
     """Compare impacts and their limit; the reference of an impact that has none is ""."""
     times = impacts(mass, stiffness, gravity, restitution, height)
     scene = block(mass=mass, stiffness=(1.0, stiffness), load=mass * gravity, restitution=restitution)
-    run = ss.simulate(scene, ss.State([0.0, height], [0.0, 0.0], "d"), 1.1 * float(times[-1]))
+    run = ss.simulate(scene, 1.1 * float(times[-1]), ss.State([0.0, height], [0.0, 0.0], "d"))
     (limit,) = run.accumulations
     assert set(run.events.kind[: limit.event]) == {"impact"}
     assert run.state(run.duration).combination != "d"

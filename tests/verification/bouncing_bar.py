@@ -30,7 +30,7 @@ def motion(elements):
     ).tocsr()
     scene = ss.Scene(mass, stiffness, force=-mass * GRAVITY, contacts=[ss.Contact(normal=0, gap=HEIGHT)])
     still = np.zeros(elements + 1)
-    return ss.simulate(scene, ss.State(still, still, "d"), 4.5)
+    return ss.simulate(scene, 4.5, ss.State(still, still, "d"))
 
 
 def quantities():

@@ -36,7 +36,7 @@ def run(masses, normal, clearance):
     scene = ss.Scene([MASS] * n, STIFFNESS * np.eye(n), contacts=[contact])
     start = np.zeros(n)
     start[:masses] = RELEASE * np.array([-1.0, 1.0])[-masses:]
-    return ss.simulate(scene, ss.State(start, np.zeros(n), "d"), DURATION)
+    return ss.simulate(scene, DURATION, ss.State(start, np.zeros(n), "d"))
 
 
 def quantities():

@@ -50,7 +50,7 @@ def quantities():
         speed=SPEED,
     )
     start = ss.State([0.0, 0.0], [SPEED, 0.0], "s")
-    cycle = ss.simulate(scene, start, 4.0 * float(stick + duration)).limit_cycle()
+    cycle = ss.simulate(scene, 4.0 * float(stick + duration), start).limit_cycle()
     durations = dict(zip(cycle.combinations, cycle.durations, strict=True))
     return [
         Quantity(name="period", unit="s", expected=stick + duration, computed=cycle.period),

@@ -31,7 +31,7 @@ def orbit(ratio, friction):
     floor = ss.Contact(tangential="x", friction=friction, normal_force=1.0)
     load = ss.Harmonic({"x": 1.0}, frequency=ratio / (2.0 * float(mp.pi)))
     scene = ss.Scene([1.0], [[1.0]], contacts=[floor], dofs=["x"], loads=[load])
-    return ss.simulate(scene, ss.State([0.0], [1e-3], "-"), 400.0).limit_cycle()
+    return ss.simulate(scene, 400.0, ss.State([0.0], [1e-3], "-")).limit_cycle()
 
 
 def quantities():

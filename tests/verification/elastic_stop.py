@@ -19,7 +19,7 @@ def quantities():
     rate = mp.sqrt((spring + stop) / mass)
     contact = ss.Contact(normal=[-1.0], normal_stiffness=STOP)
     scene = ss.Scene([MASS], [[SPRING]], contacts=[contact])
-    run = ss.simulate(scene, ss.State([0.0], [SPEED], "+"), 0.4)
+    run = ss.simulate(scene, 0.4, ss.State([0.0], [SPEED], "+"))
     release, closing = run.events.time[:2]
     assert run.events.kind[:2].tolist() == ["release", "closing"]
     largest = run.sample([0.5 * np.pi / float(rate)]).normal_force.item()

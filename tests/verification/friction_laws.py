@@ -128,7 +128,7 @@ def belt():
     ]
     for speed, guess in ((0.33, 0.17),):
         cycle = small_cycle(speed, guess)
-        largest = ss.sliding_equilibrium(cycle.scene).position[0] + cycle.amplitude[0]
+        largest = ss.steady_sliding(cycle.scene).position[0] + cycle.amplitude[0]
         period, multiplier = closed(decimal(speed), decimal(float(largest)))
         computed = max(abs(m) for m in cycle.multipliers)
         named = f"of the cycle at {speed} m/s"
@@ -169,7 +169,7 @@ def between_stops():
         ss.Contact(normal={"x": -1.0}, gap=0.4),
     ]
     scene = ss.Scene([1.0], [[500.0]], force=[-125.0], contacts=contacts, dofs=["x"])
-    run = ss.simulate(scene, ss.State([0.0], [-5.0], "+dd", dofs=scene.dofs), 2.0)
+    run = ss.simulate(scene, 2.0, ss.State([0.0], [-5.0], "+dd", dofs=scene.dofs))
     before = run.state(float(run.events.time[0]) * (1.0 - 2.0**-52)).velocity[0]
     rows = [
         Quantity(

@@ -28,7 +28,7 @@ def quantities():
     weight = [0.0, -MASS * GRAVITY]
     scene = ss.Scene([MASS, MASS], np.zeros((2, 2)), force=weight, contacts=[plane], dofs=["x", "y"])
     thrown = SPEED * np.array(plane.tangential)
-    run = ss.simulate(scene, ss.State([0.0, 0.0], thrown, "-"), float(back))
+    run = ss.simulate(scene, float(back), ss.State([0.0, 0.0], thrown, "-"))
     assert run.events.combination.tolist() == ["+"]
     along = np.array(plane.tangential)
     end = run.sample(run.duration)

@@ -37,7 +37,7 @@ def minimal_model(friction=0.0, damping=0.0):
     return ss.Scene(
         [1.0, 1.0, 1.0],
         stiffness,
-        damping=ss.Proportional(mass=damping),
+        damping=ss.Rayleigh(mass=damping),
         force=[0.0, 0.0, -1.0],
         contacts=[belt],
         dofs=["x", "y", "n"],

@@ -35,7 +35,7 @@ def turning_points(mass, stiffness, force, x, v):
 
 def computed(scene, start, duration):
     """Return times and places at which the slip velocity vanishes, and the state at the end."""
-    run = ss.simulate(scene, start, duration)
+    run = ss.simulate(scene, duration, start)
     assert set(run.events.kind) == {"velocity"}
     return run.events.time, run.event_states()[0][:, 0], run.state(run.duration)
 

@@ -75,7 +75,7 @@ def computed(acceleration):
         slider_vibration=shaking,
     )
     scene = ss.Scene([1.0], [[0.0]], contacts=[plate], dofs=["x"])
-    run = ss.simulate(scene, ss.State([0.0], [0.0], "s"), END)
+    run = ss.simulate(scene, END, ss.State([0.0], [0.0], "s"))
     return float(run.balance(BEGIN, END).contacts.wear.sum()) / (END - BEGIN)
 
 

@@ -32,7 +32,7 @@ def between():
         ss.Contact(normal=[-1.0], gap=1.5, restitution=0.8, name="ceiling"),
     ]
     scene = ss.Scene([1.0], [[0.0]], force=[-10.0], contacts=stops)
-    run = ss.simulate(scene, ss.State([1.0], [10.0], "dd"), 7.0)
+    run = ss.simulate(scene, 7.0, ss.State([1.0], [10.0], "dd"))
     assert (run.events.contact == 1).sum() == len(rows) // 2
     places = ["ceiling", "floor"]
     references = {0: "0.0513167019494862", 1: "0.228318780052882"}
@@ -75,7 +75,7 @@ def colliding():
     half = mp.pi * mp.sqrt(mass / stiffness)
     stop = ss.Contact(normal=[-1.0, 1.0], restitution=0.5)
     scene = ss.Scene([2.0, 2.0], np.diag([50.0, 50.0]), contacts=[stop])
-    run = ss.simulate(scene, ss.State([0.0, 0.0], [-1.0, 0.0], "d"), 4.0)
+    run = ss.simulate(scene, 4.0, ss.State([0.0, 0.0], [-1.0, 0.0], "d"))
     velocities = run.event_states()[1]
     rows = []
     for k in range(3):

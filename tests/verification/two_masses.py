@@ -55,14 +55,14 @@ def scene():
     floor = ss.Contact(tangential="x1", normal="y", friction=KINETIC, static_friction=STATIC)
     stiffness = [[STIFFNESS, -STIFFNESS, 0.0], [-STIFFNESS, STIFFNESS, 0.0], [0.0, 0.0, 0.0]]
     force, dofs = [0.0, 0.0, -NORMAL], ["x1", "x2", "y"]
-    pull = ss.Steps({"x2": PULL}, times=[REMOVED], values=[1.0, 0.0])
+    pull = ss.Switched({"x2": PULL}, times=[REMOVED], values=[1.0, 0.0])
     return ss.Scene([MASS] * 3, stiffness, force=force, contacts=[floor], dofs=dofs, loads=[pull])
 
 
 def quantities():
     """Compare with SDND106."""
     onset, x1, x2, rest, x1_rest, x2_rest = closed_form()
-    run = ss.simulate(scene(), ss.State([0.0] * 3, [0.0] * 3, "s"), REMOVED + 0.13)
+    run = ss.simulate(scene(), REMOVED + 0.13, ss.State([0.0] * 3, [0.0] * 3, "s"))
     assert run.events.kind[:3].tolist() == ["slip-", "load", "velocity"]
     assert run.events.combination[:3].tolist() == ["-", "-", "s"]
     assert run.events.time[1] == REMOVED
@@ -89,7 +89,7 @@ CASES = [
             "Two free masses of 5 kg with a spring k = 1e4 N/m between them, at rest. The first is pressed "
             "on a floor with N = 1e4 N, static friction 0.3, kinetic 0.2; F = 3000 N pulls the second "
             "until 0.2 s. Stuck, `x2 = (F / k)(1 - cos(w t))`; sliding, `(x1 + x2)'' = (F - mu N) / m` and "
-            "`r'' + (2 k / m) r = (F + mu N) / m` for `r = x2 - x1`. The load is a `Steps`, removed at 0.2 s."
+            "`r'' + (2 k / m) r = (F + mu N) / m` for `r = x2 - x1`. The load is `Switched` off at 0.2 s."
         ),
         tolerance="Closed form, the time of rest as a zero of it in 40 digits: 1e-12.",
         quantities=quantities,

@@ -37,7 +37,7 @@ def solutions():
     rows = []
     for where, name in RUNS.items():
         reference = reference_solution(name)
-        run = ss.simulate(reference.scene, reference.start, reference.duration)
+        run = ss.simulate(reference.scene, reference.duration, reference.start)
         assert np.array_equal(run.events.contact, reference.contact)
         assert np.array_equal(run.events.kind, reference.kind)
         assert np.array_equal(run.events.combination, reference.combination)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 import stickslip as ss
+from stickslip.files.case import load_case
 from stickslip.scene.checks import described
 from stickslip.show.summary import cell
 
@@ -49,7 +50,7 @@ def scene_argument(verb: F) -> F:
 
 def loaded(path: Path, changes: Sequence[str]) -> ss.Case:
     """Return the case of a scene file with its changes."""
-    case = ss.load_case(path)
+    case = load_case(path)
     return case.replace(**named("--set", map(parameter, changes))) if changes else case
 
 

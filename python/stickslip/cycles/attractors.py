@@ -15,7 +15,7 @@ from stickslip.modes.modes import Modes
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State, steady_sliding
 
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 Growth: TypeAlias = tuple[float, float, float]
@@ -67,7 +67,7 @@ def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) 
     InputError
         If there is no sliding equilibrium, or no mode in the band.
     """
-    start = sliding_equilibrium(scene)
+    start = steady_sliding(scene)
     modes = complex_modes(scene, start.combination, band=band)
     if not len(modes):
         if band is not None:
@@ -107,7 +107,7 @@ def at_rest(scene: Scene) -> State:
         dataclasses.replace(one, friction=0.0, static_friction=None, slider_speed=1.0) if rests else one
         for one, rests in zip(scene.contacts, resting, strict=True)
     ]
-    found = sliding_equilibrium(scene.replace(contacts=held))
+    found = steady_sliding(scene.replace(contacts=held))
     letters = [
         "s" if rests and letter != "d" else letter
         for rests, letter in zip(resting, found.combination, strict=True)

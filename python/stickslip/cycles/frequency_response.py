@@ -20,9 +20,9 @@ from stickslip.scene.checks import Complex, Real, described
 from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
 from stickslip.scene.loads.of_scene import core_loads, load_names, load_parameters
-from stickslip.scene.reduction import reduce
+from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State, steady_sliding
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ def _asked(scene: Scene, load: Any) -> tuple[str, str]:
 
 def _starts(start: Any) -> Callable[[Scene], State]:
     if start is None:
-        return sliding_equilibrium
+        return steady_sliding
     if isinstance(start, State):
         return lambda scene: start
     if callable(start):
@@ -313,7 +313,7 @@ def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[fl
 
 def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
     """Return the amplitudes of all dofs while the combination stays, (k, n), m."""
-    reduced = reduce(scene, combination)
+    reduced = equations_of(scene, combination)
     names = load_names(scene.loads)
     alone = next(
         (

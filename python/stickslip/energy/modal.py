@@ -20,7 +20,7 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import friction_factors, mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.laws.friction import Constant, Law
-from stickslip.scene.reduction import reduce
+from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure
 
@@ -123,7 +123,7 @@ class Deviations:
     def of(cls, scene: Scene, combination: str) -> Deviations:
         """Return the modes of a combination and the projections on them."""
         structure = Structure.dense(scene)
-        modes, reduced = complex_modes(scene, combination), reduce(scene, combination)
+        modes, reduced = complex_modes(scene, combination), equations_of(scene, combination)
         upper = modes.eigenvalues.imag >= 0.0
         free = reduced.mass.shape[0]
         with np.errstate(divide="ignore", invalid="ignore"):

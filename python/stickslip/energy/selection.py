@@ -30,7 +30,7 @@ from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_array, whole_number
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State, steady_sliding
 from stickslip.scene.structure import Structure
 from stickslip.show.summary import Shown, Summary, Table
 from stickslip.transient.simulate import simulate
@@ -146,7 +146,7 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
     given = None if amplitudes is None else np.atleast_1d(real_array("amplitudes", amplitudes, 0, 1))
     if given is not None and not (np.isfinite(given) & (given > 0.0)).all():
         raise InputError(f"amplitudes: must be positive and finite, got {given}")
-    equilibrium = sliding_equilibrium(scene)
+    equilibrium = steady_sliding(scene)
     modes = complex_modes(scene, equilibrium.combination)
     chosen = np.flatnonzero((modes.eigenvalues.imag > 0.0) & modes.unstable)
     if chosen.size == 0:
@@ -241,7 +241,7 @@ class Kick:
         return mean
 
     def _gain(self, start: State) -> Real:
-        run = simulate(self.scene, start, self.period)
+        run = simulate(self.scene, self.period, start)
         end = run.state(run.duration)
         balance = run.balance()
         structure = self.structure

@@ -12,7 +12,7 @@ from stickslip.cycles.attractors import shown_duration
 from stickslip.explorer.sound import sound
 from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
 from stickslip.faults import InputError
-from stickslip.files.case import Case
+from stickslip.files.case import Case, save_case
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.style import save
@@ -43,10 +43,10 @@ def _toml(moved: Case, start: dict[str, Any], run: dict[str, Any], scene: Scene)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         try:
-            Case(moved.model, start, run).save(path, "inline")
+            save_case(Case(moved.model, start, run), path, "inline")
         except InputError:
             # A function of your own has no name in a file; its scene has matrices.
-            Case(scene, start, run).save(path, "inline")
+            save_case(Case(scene, start, run), path, "inline")
         return path.read_text(encoding="utf-8")
 
 
@@ -65,16 +65,16 @@ def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
         lines.append(f"scene = ss.models.{model.__name__}()")
     else:
         changes = ", ".join(f"{name}={value!r}" for name, value in wanted.changed.items())
-        lines.append('case = ss.load_case("scene.toml")  # the file that this page was started with')
+        lines.append('case = ss.load("scene.toml")  # the file that this page was started with')
         lines.append(f"scene = case.replace({changes}).scene" if changes else "scene = case.scene")
-    lines += ["start = ss.sliding_equilibrium(scene)"]
+    lines += ["start = ss.steady_sliding(scene)"]
     if "combination" in start:
         parts = ", ".join(repr(_plain(start[name])) for name in ("position", "velocity", "combination"))
         lines[-1] = f"start = ss.State({parts}, scene.dofs)"
     elif start:
         lines[-1] += f".perturbed({', '.join(f'{name}={value!r}' for name, value in start.items())})"
     settings = ", ".join(f"{name}={value!r}" for name, value in run.items())
-    lines += [f"run = ss.simulate(scene, start, {settings})", "cycle = run.limit_cycle()", "print(cycle)"]
+    lines += [f"run = ss.simulate(scene, {settings}, start)", "cycle = run.limit_cycle()", "print(cycle)"]
     return "\n".join(lines) + "\n"
 
 
@@ -109,7 +109,7 @@ def _start(wanted: Wanted, scene: Scene) -> State:
 
 def _run(wanted: Wanted, duration: float) -> Trajectory:
     scene = wanted.scene()
-    return simulate(scene, _start(wanted, scene), duration, time_limit=PATIENCE[1])
+    return simulate(scene, duration, _start(wanted, scene), time_limit=PATIENCE[1])
 
 
 def _duration(wanted: Wanted, scene: Scene) -> float:

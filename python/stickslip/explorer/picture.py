@@ -65,7 +65,7 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
     start, remark = wanted.start(scene, equilibrium, modes)
     duration = float(wanted.explored.case.run.get("duration", shown_duration(modes)))
     try:
-        run = simulate(scene, start, duration, max_events=max_events, time_limit=patience)
+        run = simulate(scene, duration, start, max_events=max_events, time_limit=patience)
     except RunError as error:
         if not isinstance(error.partial, Trajectory):
             return {**found, "error": str(error), "sentence": f"{stability} {error}."}

@@ -18,7 +18,7 @@ from stickslip.modes.schematic import Schematic, meshed, schematic
 from stickslip.scene.family import Family
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State, steady_sliding
 from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTABLE
 
 #: Computing time of a motion while a point is dragged and when it has come to rest, s.
@@ -202,7 +202,7 @@ class Wanted:
             If there is no equilibrium.
         """
         try:
-            state: State = sliding_equilibrium(scene)
+            state: State = steady_sliding(scene)
             reason = ""
         except InputError as error:
             reason = str(error)

@@ -14,7 +14,7 @@ from stickslip.fe.body import Body
 from stickslip.fe.pairs import Pairs
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.laws.damping import DampingLike, Proportional
+from stickslip.scene.laws.damping import DampingLike, Rayleigh
 from stickslip.scene.scene import Scene
 from stickslip.show.mesh import Mesh
 
@@ -44,7 +44,7 @@ def assemble(
         (they add up), or a vector (n,).
     damping
         Damping of the whole scene, as in `Scene`; None: that of the bodies. If all bodies have the same
-        `Proportional` damping, the scene has it too; otherwise their damping becomes a matrix.
+        `Rayleigh` damping, the scene has it too; otherwise their damping becomes a matrix.
     impact_friction
         As in `Scene`.
 
@@ -125,13 +125,13 @@ def _damping(bodies: Sequence[Body]) -> Any:
     parts = [body.damping for body in bodies]
     if all(part is None for part in parts):
         return None
-    if isinstance(parts[0], Proportional) and all(part == parts[0] for part in parts[1:]):
+    if isinstance(parts[0], Rayleigh) and all(part == parts[0] for part in parts[1:]):
         return parts[0]
     blocks = []
     for body, part in zip(bodies, parts, strict=True):
         if part is None:
             blocks.append(scipy.sparse.csr_array((body.size, body.size)))
-        elif isinstance(part, Proportional):
+        elif isinstance(part, Rayleigh):
             blocks.append(part.mass * body.mass + part.stiffness * body.stiffness)
         else:
             blocks.append(part)

@@ -17,7 +17,7 @@ from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
 from stickslip.scene.checks import MatrixLike, Real, described, real_array
 from stickslip.scene.contact import nearest
-from stickslip.scene.laws.damping import DampingLike, Proportional
+from stickslip.scene.laws.damping import DampingLike, Rayleigh
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary
 
@@ -40,7 +40,7 @@ class Body(Shown):
         Where the nodes lie, m: (p, d) for the nodes 1 to p, d = 2 or 3, or a mapping from node number to its
         d coordinates. None: not known; such a body has no surfaces.
     damping
-        C: `Proportional`, an (n, n) symmetric matrix, or None.
+        C: `Rayleigh`, an (n, n) symmetric matrix, or None.
     gyroscopic, circulatory
         G (skew-symmetric) and H as in `Scene`; None: no such forces.
     cells
@@ -96,7 +96,7 @@ class Body(Shown):
         self.mass = square(
             "mass", scipy.sparse.diags_array(real_array("mass", mass, 1)) if lumped else mass, size, 1
         )
-        proportional = damping is None or isinstance(damping, Proportional)
+        proportional = damping is None or isinstance(damping, Rayleigh)
         self.damping = damping if proportional else square("damping", damping, size, 1)
         self.gyroscopic = None if gyroscopic is None else square("gyroscopic", gyroscopic, size, -1)
         self.circulatory = None if circulatory is None else square("circulatory", circulatory, size, 0)
@@ -230,7 +230,7 @@ class Body(Shown):
         The impact of one node then moves no other at that instant, and a transient has far fewer events. Call
         it before `held`, which takes away the mass between a node and held ones.
 
-        All other matrices stay as they are. `Proportional` damping refers to the new M. The terms of a
+        All other matrices stay as they are. `Rayleigh` damping refers to the new M. The terms of a
         rotation (`elastic`) and damping matrices couple velocities, never impulses; G stays skew-symmetric
         and K symmetric, so that they do no work over a cycle, and waves move apart by less than with the
         consistent M, again by the square of the element size.
@@ -312,7 +312,7 @@ class Body(Shown):
             1890, in the frame of the ring). The stress of the centrifugal force, which adds about speed^2 to
             squares of frequencies, is left out. Damping acts on u', not on the motion of the material.
         damping
-            As above. `Proportional` damping of a body that rotates refers to its K at rest, and becomes a
+            As above. `Rayleigh` damping of a body that rotates refers to its K at rest, and becomes a
             matrix.
         name
             As above.

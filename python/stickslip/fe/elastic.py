@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.faults import InputError
 from stickslip.fe.rotation import Rotation
 from stickslip.scene.checks import Real, described, package, real_array, real_number, whole_number
-from stickslip.scene.laws.damping import DampingLike, Proportional
+from stickslip.scene.laws.damping import DampingLike, Rayleigh
 
 #: Elements of scikit-fem by the meshes that `Body.elastic` takes.
 ELEMENTS = {
@@ -117,7 +117,7 @@ def elastic_matrices(
             along(helpers.grad(u), velocity(w.x)), along(helpers.grad(v), velocity(w.x))
         )
     )
-    if isinstance(damping, Proportional) and damping.stiffness:
+    if isinstance(damping, Rayleigh) and damping.stiffness:
         # Of the elastic K, which is never negative; the other one is, for fast rotation.
         damping = damping.mass * mass + damping.stiffness * stiffness
     return basis, {

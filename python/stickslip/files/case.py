@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,10 +26,13 @@ from stickslip.files.toml_text import Inline, toml_text
 from stickslip.scene.checks import Real, check_memory, described, file_path, real_number
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.scene import Scene, checked
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import run_settings, simulate
 from stickslip.transient.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from stickslip.study.study import Study
 
 START_KEYS = ("position", "velocity", "combination")
 #: Settings of `simulate` with their defaults; the duration has none.
@@ -99,7 +102,7 @@ class Case:
         """
         combination = self._combination()
         if combination is None:
-            return self._moved(sliding_equilibrium(self.scene))
+            return self._moved(steady_sliding(self.scene))
         zero = np.zeros(self.scene.size)
         return self._moved(State(zero, zero, combination, self.scene.dofs))
 
@@ -127,7 +130,7 @@ class Case:
         settings = {**self.run, **{key: value for key, value in changes.items() if value is not None}}
         if "duration" not in settings:
             raise InputError("duration is missing: give it, or [run] duration in the file")
-        return simulate(self.scene, self.initial_state(), **settings)
+        return simulate(self.scene, start=self.initial_state(), **settings)
 
     def values(self) -> dict[str, Real]:
         """Return the parameter values of the sweep, (k,) each.
@@ -150,50 +153,25 @@ class Case:
         model = Family(self.model).replaced(parameters)
         return Case(model, self.start, self.run, self.sweep, self.study)
 
-    def save(self, path: str | Path, matrices: Matrices = "auto") -> None:
-        """Write the case as a scene file, which `load_case` reads back exactly.
+    def to_study(self, **changes: Any) -> Study:
+        """Return the study of the case: its section `[study]`, with duration and settings of `[run]`.
+
+        Its start, if it has one, is added to the sliding equilibrium of every sample; else the fastest
+        growing mode is.
 
         Parameters
         ----------
-        path
-            The file, usually ``.toml``.
-        matrices
-            Where matrices and vectors go: ``inline``, into the file itself; ``npz``, ``mat``, ``mtx``, into
-            files beside it, ``<name of the file>.<argument>.<suffix>``; ``auto``, into ``npz`` where they are
-            large.
+        **changes
+            Arguments of `Study`, which go before what the section says; None: as it stands.
 
         Raises
         ------
         InputError
-            If the model is a function that a file cannot name, or a value has no form in TOML.
-        OSError
-            If the file cannot be written.
+            If there are no parameters, or anything is ill-posed.
         """
-        if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
-            raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
-        file = file_path(path)
-        if isinstance(self.model, Scene):
-            tables: dict[str, Any] = {"scene": scene_table(self.model, file, matrices)}
-        else:
-            tables = {"model": _model_table(self.model)}
-        for name in ("start", "run", "sweep", "study"):
-            if section := getattr(self, name):
-                tables[name] = self._table(section)
-        file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+        from stickslip.files.study_file import study_of
 
-    def _table(self, section: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a section without what is None, amounts by the name of their dof."""
-
-        def amounts(table: Mapping[str | int, Any]) -> Inline:
-            return Inline(
-                {key if isinstance(key, str) else self.scene.dofs[key]: one for key, one in table.items()}
-            )
-
-        return {
-            key: amounts(value) if isinstance(value, Mapping) else value
-            for key, value in section.items()
-            if value is not None
-        }
+        return study_of(self, **changes)
 
     def __repr__(self) -> str:
         lines = [f"Case of {self.scene!r}"]
@@ -227,34 +205,44 @@ def parameter_values(name: str, value: Any) -> Real:
     return np.array([real_number(name, one) for one in value])
 
 
-def save(what: Scene | Case, path: str | Path, matrices: Matrices = "auto") -> None:
-    """Write a scene or a case as TOML; `load_scene` and `load_case` read it back exactly.
-
-    A scene that a function of `stickslip.models` made is written as that model and its arguments, also
-    after `replace` of what the model takes; any other, or with `matrices`, by its matrices.
-
-    Parameters
-    ----------
-    what
-        A `Scene`, or a `Case`: a scene with a start, settings of a run and parameter values.
-    path
-        The file, usually ``.toml``.
-    matrices
-        Where matrices and vectors go, see `Case.save`; ``auto``: into the file itself, or beside it where
-        they are large.
+def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
+    """Write a scene or a case as TOML, see `stickslip.save`.
 
     Raises
     ------
     InputError
-        If `what` is neither, `matrices` is none of these, or a name is no text that a file can hold.
+        If `matrices` is no known word, the model is a function that a file cannot name, or a value has no
+        form in TOML.
     OSError
         If the file cannot be written.
     """
-    if isinstance(what, Case):
-        what.save(path, matrices)
-        return
-    model = checked(what).model if matrices == "auto" else None
-    Case(what if model is None or not _same(model(), what) else model).save(path, matrices)
+    if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
+        raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
+    if isinstance(what, Scene):
+        model = what.model if matrices == "auto" else None
+        what = Case(what if model is None or not _same(model(), what) else model)
+    file = file_path(path)
+    if isinstance(what.model, Scene):
+        tables: dict[str, Any] = {"scene": scene_table(what.model, file, matrices)}
+    else:
+        tables = {"model": _model_table(what.model)}
+    for name in ("start", "run", "sweep", "study"):
+        if section := getattr(what, name):
+            tables[name] = _section(section, what.scene)
+    file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+
+
+def _section(section: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """Return a section without what is None, amounts by the name of their dof."""
+
+    def amounts(table: Mapping[str | int, Any]) -> Inline:
+        return Inline({key if isinstance(key, str) else scene.dofs[key]: one for key, one in table.items()})
+
+    return {
+        key: amounts(value) if isinstance(value, Mapping) else value
+        for key, value in section.items()
+        if value is not None
+    }
 
 
 def load_case(path: str | Path) -> Case:
@@ -279,17 +267,6 @@ def load_case(path: str | Path) -> Case:
     sections = {name: tables.get(name, {}) for name in ("start", "run", "sweep", "study")}
     with located(str(file)):
         return Case(model, **sections)
-
-
-def load_scene(path: str | Path) -> Scene:
-    """Return the scene that a scene file holds, see `save` and `load_case`.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or anything in it is ill-posed: the message names file, key and value.
-    """
-    return load_case(path).scene
 
 
 def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:

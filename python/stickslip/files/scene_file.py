@@ -28,9 +28,9 @@ from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.checks import described, real_array
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.loads.in_time import Harmonic, Load, Steps
+from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 from stickslip.scene.scene import Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
@@ -42,7 +42,7 @@ MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force"
 SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
 HARMONIC_KEYS, STEPS_KEYS = (
-    tuple(field.name for field in dataclasses.fields(kind)) for kind in (Harmonic, Steps)
+    tuple(field.name for field in dataclasses.fields(kind)) for kind in (Harmonic, Switched)
 )
 
 Matrices = Literal["auto", "inline", "npz", "mat", "mtx"]
@@ -174,7 +174,7 @@ def _load(path: Path, place: int, table: Any) -> Load:
         known(where, table, HARMONIC_KEYS, HARMONIC_KEYS[:2])
         return Harmonic(**table)
     known(where, table, STEPS_KEYS, STEPS_KEYS[:3])
-    return Steps(**table)
+    return Switched(**table)
 
 
 def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
@@ -236,7 +236,7 @@ def _matrix(path: Path, key: str, value: Any) -> Any:
     if key != "damping":
         raise InputError(f"{place}: expected rows of numbers or a table with file or shape, got {value!r}")
     known(place, value, ("mass", "stiffness", "file", "shape"))
-    return Proportional(**value)
+    return Rayleigh(**value)
 
 
 def _places(place: str, given: Any) -> NDArray[np.int64]:
@@ -252,7 +252,7 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
     table: dict[str, Any] = {"dofs": list(scene.dofs)}
     for key in MATRICES:
         value = getattr(scene, key)
-        if isinstance(value, Proportional):
+        if isinstance(value, Rayleigh):
             table[key] = Inline(mass=value.mass, stiffness=value.stiffness)
         elif value is not None:
             table[key] = _written(path, key, value, matrices)

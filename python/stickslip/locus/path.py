@@ -21,7 +21,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
 from stickslip.scene.family import Family
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.laws.of_contacts import concerns, law_entry
 from stickslip.scene.scene import Scene
@@ -199,7 +199,7 @@ class Interpolation:
         core = scene.core.reduced(self.letters)
         damping: tuple[Real, ...] = (core.damping,)
         if self.proportional:
-            law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
+            law = scene.damping if isinstance(scene.damping, Rayleigh) else Rayleigh()
             damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
         return (core.mass, *damping, core.stiffness, *core.statics)
 
@@ -244,7 +244,7 @@ def is_proportional(scene: Scene) -> bool:
         return False
     if scene.damping is None:
         return scene.gyroscopic is None
-    return isinstance(scene.damping, Proportional) and not scene.unsymmetric
+    return isinstance(scene.damping, Rayleigh) and not scene.unsymmetric
 
 
 def _coefficients(values: Real) -> Real:

@@ -30,9 +30,9 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.reduction import reduce
+from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 
 #: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
@@ -162,10 +162,10 @@ def entry_sensitivity(
         If `matrix` is none of these, or changes the normal forces of contacts under laws over slip speed.
     """
     modes = complex_modes(scene, combination)
-    reduced = reduce(scene, modes.combination)
+    reduced = equations_of(scene, modes.combination)
     _, defined = _partners(modes)
     value = modes.eigenvalues
-    law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
+    law = scene.damping if isinstance(scene.damping, Rayleigh) else Rayleigh()
     if scene.core.has_massless and law.stiffness:
         raise InputError(
             "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Flags, Matrix, Real, real_array, shown_statuses
+from stickslip.scene.checks import Complex, Flags, Index, Matrix, Real, real_array, shown_statuses
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Scene, checked
 from stickslip.show.mesh import Mesh
@@ -166,14 +166,24 @@ class Modes(Shown):
     def __len__(self) -> int:
         return self.eigenvalues.size
 
-    def __getitem__(self, number: int) -> Mode:
-        """Return one mode by its number, its place among the eigenvalues from 0 on.
+    @overload
+    def __getitem__(self, number: int) -> Mode: ...
+    @overload
+    def __getitem__(self, number: slice | Sequence[int] | Sequence[bool] | Index | Flags) -> Modes: ...
+    def __getitem__(self, number: int | slice | Sequence[int] | Sequence[bool] | Index | Flags) -> Mode |
+    Modes:
+        """Return one mode by its number, its place among the eigenvalues from 0 on, or several of them.
+
+        ``modes[0:4]``, ``modes[[0, 2]]`` and ``modes[modes.unstable]`` are `Modes` again, whose numbers count
+        from 0 on; `missing` and `doubts` remain those of the whole.
 
         Raises
         ------
         IndexError
-            If there is no mode of that number.
+            If there is no mode of that number, or an array of truth values has another length.
         """
+        if isinstance(number, slice) or np.ndim(number):
+            return self._part(np.arange(len(self))[number])
         place = range(len(self))[number]
         return Mode(
             place,
@@ -184,6 +194,13 @@ class Modes(Shown):
             bool(self.defective[place]),
             self.shapes[:, place],
         )
+
+    def _part(self, places: Index) -> Modes:
+        along_last = (
+            *("eigenvalues", "right_displacement", "left_displacement", "a", "b", "shapes"),
+            *("condition", "defective", "residual", "rounding"),
+        )
+        return replace(self, **{name: getattr(self, name)[..., places] for name in along_last})
 
     def __iter__(self) -> Iterator[Mode]:
         return (self[number] for number in range(len(self)))

@@ -23,7 +23,6 @@ from stickslip.motion.figures import (
     phase_portraits,
     spectrum,
 )
-from stickslip.show.style import save
 from stickslip.study.figures import (
     convergence,
     distribution,
@@ -62,7 +61,6 @@ __all__ = [
     "phase_portraits",
     "power_terms",
     "probability",
-    "save",
     "schematic",
     "shapes",
     "sobol_indices",

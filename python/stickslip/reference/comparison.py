@@ -22,7 +22,7 @@ from stickslip.reference.numbers import (
 from stickslip.scene.checks import Real
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import sliding_equilibrium
+from stickslip.scene.state import steady_sliding
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
@@ -61,14 +61,14 @@ def rows() -> list[Row]:
 def standard_run(duration: float = 0.6) -> Trajectory:
     """Return the standard run: friction 1.5, slider speed 0.025 m/s, x1' = 1e-3 m/s beside equilibrium."""
     scene = two_subsystems()
-    return simulate(scene, sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), duration)
+    return simulate(scene, duration, steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
 
 
 @cache
 def attractor(friction: Decimal, slider_speed: Decimal) -> tuple[Trajectory, Cycle]:
     """Return the motion from the published start, and what it settles to."""
     scene = two_subsystems(friction=float(friction), slider_speed=float(slider_speed))
-    run = simulate(scene, sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    run = simulate(scene, 0.6, steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     return run, run.limit_cycle()
 
 

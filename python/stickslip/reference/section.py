@@ -13,7 +13,7 @@ from stickslip.reference.numbers import published
 from stickslip.scene.known import Column, Known
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import sliding_equilibrium
+from stickslip.scene.state import steady_sliding
 from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import columns, details, figure, note, paragraph, section, subsection, table
@@ -51,7 +51,7 @@ def known(scene: Scene) -> Known:
     if not _is_published(scene):
         return Known()
     try:
-        start = sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+        start = steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     except InputError:
         # Without steady sliding nothing can be disturbed.
         start = None

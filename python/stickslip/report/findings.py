@@ -27,7 +27,7 @@ from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
@@ -222,7 +222,7 @@ def findings(
 
 def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
     try:
-        return sliding_equilibrium(scene)
+        return steady_sliding(scene)
     except InputError as error:
         reasons["equilibrium"] = str(error)
         return None
@@ -322,7 +322,7 @@ def _motion(
     scene: Scene, start: State, settings: Mapping[str, Any], reasons: dict[str, str]
 ) -> Trajectory | None:
     try:
-        run = simulate(scene, start, **settings)
+        run = simulate(scene, start=start, **settings)
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
         return error.partial if isinstance(error.partial, Trajectory) else None

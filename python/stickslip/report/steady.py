@@ -12,7 +12,7 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
@@ -41,7 +41,7 @@ def scene_section(found: Findings) -> Markup:
     damping = scene.damping
     if damping is None:
         damped = "none"
-    elif isinstance(damping, Proportional):
+    elif isinstance(damping, Rayleigh):
         damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
     else:
         damped = "a matrix"
@@ -87,7 +87,7 @@ def scene_section(found: Findings) -> Markup:
         named = {
             "Stiffness matrix, N/m": scene.stiffness,
             "Mass matrix, kg": scene.mass if scene.mass.ndim == 2 else None,
-            "Damping matrix, N s/m": None if isinstance(damping, Proportional) else damping,
+            "Damping matrix, N s/m": None if isinstance(damping, Rayleigh) else damping,
             "Gyroscopic matrix, N s/m": scene.gyroscopic,
             "Circulatory matrix, N/m": scene.circulatory,
         }

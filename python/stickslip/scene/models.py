@@ -21,7 +21,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import Contact
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.of_contacts import per_contact
 from stickslip.scene.scene import Scene
 
@@ -125,7 +125,7 @@ def chain(
     scene = Scene(
         mass,
         scipy.sparse.csr_array((data, indices, indptr), shape=(size, size)),
-        damping=Proportional(stiffness=real_number("damping", damping)),
+        damping=Rayleigh(stiffness=real_number("damping", damping)),
         force=force,
         contacts=[
             Contact(

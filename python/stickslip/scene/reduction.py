@@ -46,7 +46,7 @@ class Reduced:
         return f"Reduced({self.combination!r}, {m} of {n} coordinates free)"
 
 
-def reduce(scene: Scene, combination: str) -> Reduced:
+def equations_of(scene: Scene, combination: str) -> Reduced:
     """Return the equations of motion while the contacts keep a status combination.
 
     Raises

@@ -29,7 +29,7 @@ from stickslip.scene.checks import (
 from stickslip.scene.contact import Contact, aligned, contact_labels, core_contact, described_direction
 from stickslip.scene.laws.damping import (
     DampingLike,
-    Proportional,
+    Rayleigh,
     checked_damping,
     core_damping,
     described_damping,
@@ -71,8 +71,8 @@ class Scene(Shown):
     stiffness
         K: (n, n) symmetric, N/m; dense or scipy.sparse.
     damping
-        C: `Proportional`, an (n, n) symmetric matrix in N s/m, dense or sparse, or None for no damping. The
-        coefficients of `Proportional` are not negative; damping that feeds energy is given as a matrix.
+        C: `Rayleigh`, an (n, n) symmetric matrix in N s/m, dense or sparse, or None for no damping. The
+        coefficients of `Rayleigh` are not negative; damping that feeds energy is given as a matrix.
     force
         F: (n,), N, constant; None: no force.
     contacts
@@ -90,7 +90,8 @@ class Scene(Shown):
         part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
         circulatory=(A - A.T) / 2``.
     loads
-        Loads in time, `Harmonic` and `Steps`. Steady sliding and modes take only the first values of steps.
+        Loads in time, `Harmonic` and `Switched`. Steady sliding and modes take only the first values of
+        steps.
     mesh
         Places of the dofs for drawings, as `stickslip.fe.assemble` makes them from its bodies; None: not
         known. No equation uses them, and a scene file does not hold them.
@@ -105,7 +106,7 @@ class Scene(Shown):
 
     mass: Matrix
     stiffness: Matrix
-    damping: Proportional | Matrix | None
+    damping: Rayleigh | Matrix | None
     force: Real
     contacts: tuple[Contact, ...]
     dofs: tuple[str, ...]

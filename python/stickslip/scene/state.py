@@ -251,7 +251,7 @@ class Equilibrium(State):
         return f"Equilibrium({statuses!r}, {self.position.size} dofs, {closed}, {known[self.unique]})"
 
 
-def sliding_equilibrium(scene: Scene) -> Equilibrium:
+def steady_sliding(scene: Scene) -> Equilibrium:
     """Return the equilibrium of steady sliding: the structure at rest, every contact sliding or open.
 
     The sliding sign of contact i is that of its slider speed: ``+`` for a positive one, T = +mu N. Contacts

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from matplotlib.ticker import Formatter, FuncFormatter
 
 from stickslip.show.replaced_file import replace_file
@@ -31,6 +35,8 @@ STABLE, UNSTABLE = "#4477aa", "#cc3311"
 SHORT = 0.1
 #: Points per inch that journals ask for at least.
 DPI = 300
+#: Length of an inch, m, and the size of text below which no figure goes, points.
+INCH, SMALLEST = 0.0254, 6.0
 
 
 def quantity(name: object, units: str = "1") -> str:
@@ -39,7 +45,13 @@ def quantity(name: object, units: str = "1") -> str:
     return words if units in ("", "1") else f"{words}, {units}"
 
 
-def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
+def save(
+    figure: Figure | Axes,
+    path: str | Path | BinaryIO,
+    dpi: int = DPI,
+    form: str | None = None,
+    width: float | None = None,
+) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
     A file is replaced once the figure is drawn; an error leaves it as it was.
@@ -57,6 +69,9 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
         Pixels per inch of a `.png`, and of the parts that other forms hold as pixels.
     form
         ``png``, ``pdf``, ``svg``, ``eps``; None: by the suffix.
+    width
+        Width of the figure on paper, m; None: as it is. Height, text and lines change in the same ratio, text
+        not below 6 points.
 
     Raises
     ------
@@ -66,7 +81,7 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
     import matplotlib
 
     if isinstance(figure, Axes):
-        return save(_figure_of(figure), path, dpi, form)
+        return save(_figure_of(figure), path, dpi, form, width)
     if isinstance(path, str | Path):
         file = Path(path)
         if not (form or file.suffix):
@@ -74,17 +89,50 @@ def save(figure: Figure | Axes, path: str | Path | BinaryIO, dpi: int = DPI, for
             form = str(matplotlib.rcParams["savefig.format"])
             file = file.with_name(f"{file.name}.{form}")
         drawn = io.BytesIO()
-        save(figure, drawn, dpi, form or file.suffix[1:])
+        save(figure, drawn, dpi, form or file.suffix[1:], width)
         replace_file(file, drawn.getbuffer())
         return
     readable_units(figure)
     panel_letters(figure)
+    if width is not None:
+        with _of_width(figure, width):
+            save(figure, path, dpi, form)
+        return
     if figure.get_layout_engine() is None and _is_cut(figure):
         figure.set_layout_engine("constrained")
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, format=form, metadata=metadata.get(form or ""))
+
+
+@contextmanager
+def _of_width(figure: Figure, width: float) -> Iterator[None]:
+    """Let a figure have a width, m, while it is written, with text and lines in proportion."""
+    size = figure.get_size_inches()
+    ratio = width / INCH / float(size[0])
+    # Those of ticks that only the new size asks for included.
+    figure.set_size_inches(*(ratio * size))
+    figure.draw_without_rendering()
+    changed: list[tuple[Callable[[float], object], float]] = []
+
+    def scale(get: Callable[[], Any], put: Callable[[float], object], least: float = 0.0) -> None:
+        changed.append((put, get()))
+        put(max(ratio * get(), min(least, get())))
+
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        scale(text.get_fontsize, text.set_fontsize, SMALLEST)
+    for line in figure.findobj(Line2D):
+        assert isinstance(line, Line2D)
+        scale(line.get_linewidth, line.set_linewidth)
+        scale(line.get_markersize, line.set_markersize)
+    try:
+        yield
+    finally:
+        for put, value in reversed(changed):
+            put(value)
+        figure.set_size_inches(*size)
 
 
 def _is_cut(figure: Figure) -> bool:

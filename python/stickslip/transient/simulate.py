@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from stickslip import _core
+from stickslip.cycles.attractors import disturbed_sliding
 from stickslip.faults import InputError
 from stickslip.motion.errors import RunError, RunInterrupted
 from stickslip.scene.checks import real_number, whole_number
@@ -15,25 +16,26 @@ from stickslip.transient.trajectory import Trajectory
 
 def simulate(
     scene: Scene,
-    start: State,
     duration: float,
+    start: State | None = None,
+    *,
     method: Literal["auto", "modal", "taylor", "local"] = "auto",
     max_events: int | None = None,
-    *,
     time_limit: float | None = None,
     accumulation_tolerance: float = 0.0,
     on_grazing: Literal["keep", "stop"] = "keep",
 ) -> Trajectory:
-    """Return the motion of a scene from a start state.
+    """Return the motion of a scene from a start.
 
     Parameters
     ----------
     scene
         The scene.
-    start
-        State at t = 0; it must satisfy its own combination.
     duration
         > 0, s.
+    start
+        State at t = 0; it must satisfy its own combination. None: `disturbed_sliding`, which is steady
+        sliding with its fastest growing mode set in motion.
     method
         How phases are propagated: ``modal`` in modal coordinates, ``taylor`` by Taylor series, ``auto`` by
         whichever is well-conditioned and takes less work. The choice counts operations and reads no clock, so
@@ -54,17 +56,18 @@ def simulate(
     Raises
     ------
     InputError
-        If an argument is ill-posed, or the start state penetrates or violates its combination.
+        If an argument is ill-posed, the start penetrates or violates its combination, or there is no start
+        and no steady sliding.
     RunError
         If the motion cannot be continued; `RunError.partial` holds it up to there.
     RunInterrupted
         On Ctrl-C; a `KeyboardInterrupt` that holds the motion up to there.
     """
     checked(scene)
-    if not isinstance(start, State):
-        raise InputError(f"start: expected a State, got {start!r}")
+    if not isinstance(start, State | None):
+        raise InputError(f"start: expected a State or None, got {start!r}")
     settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)
-    start = start.ordered(scene.dofs)
+    start = (disturbed_sliding(scene) if start is None else start).ordered(scene.dofs)
     core = _core.Trajectory.simulate(scene.core, start.position, start.velocity, start.statuses, *settings)
     run = Trajectory(scene, start, core)
     if run.stop_reason in ("failed", "chattering"):

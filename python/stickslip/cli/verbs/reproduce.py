@@ -108,6 +108,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
     from stickslip.reference.numbers import published
     from stickslip.scene.models import two_subsystems
+    from stickslip.show.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
     run = standard_run()
@@ -134,7 +135,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
         "limit-cycle.png": plot.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
     }
     for name, figure in drawn.items():
-        plot.save(figure, folder / name, dpi)
+        save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
     plot.animated(growing, leading, MASSES).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]

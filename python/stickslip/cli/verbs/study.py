@@ -86,14 +86,11 @@ def study(
     Example:
       stickslip study brake.toml --over 'friction={uniform=[0.3,2.5]}' --samples 10000 --plot study.pdf
     """
-    from stickslip.files.study_file import study_of
-
     case = started(loaded(scene, changes), start, None)
     laws = named("--over", (parameter(text, LAW) for text in over))
     if not laws and "parameters" not in case.study:
         raise click.UsageError(f"{scene} has no [study.parameters]; say --over NAME=LAW")
-    made = study_of(
-        case,
+    made = case.to_study(
         parameters=laws or None,
         outputs=list(ask) or None,
         samples=samples,

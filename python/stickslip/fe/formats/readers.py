@@ -28,7 +28,7 @@ from stickslip.fe.formats.entries import (
 from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
 from stickslip.scene.checks import described
 from stickslip.scene.contact import nearest
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 
 #: What a file holds by the end of its name: CalculiX, and Abaqus with the number of the step.
 CALCULIX = {".sti": "stiffness", ".mas": "mass"}
@@ -83,7 +83,7 @@ def read(
         ``MGG`` and ``KGG``. ``.op4`` is read by pyYeti, which has to be installed.
     mass, stiffness, damping, gyroscopic, circulatory
         Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``; Matrix Market or Abaqus ``.mtx``;
-        a sparse ``.npz``; CalculiX. `damping` may be a `Proportional`.
+        a sparse ``.npz``; CalculiX. `damping` may be a `Rayleigh`.
     dofs
         Names "node.direction", or a file with one name per line. None: the names in the files, if they have
         any (CalculiX, MATRIX INPUT), otherwise every direction of every node of `points`.
@@ -116,7 +116,7 @@ def read(
     """
     if units not in UNITS:
         raise InputError(f"units: expected {' or '.join(map(repr, UNITS))}, got {units!r}")
-    proportional = damping if isinstance(damping, Proportional) else None
+    proportional = damping if isinstance(damping, Rayleigh) else None
     asked = {
         "mass": mass, "stiffness": stiffness, "damping": None if proportional else damping,
         "gyroscopic": gyroscopic, "circulatory": circulatory, "dofs": dofs,
@@ -162,7 +162,7 @@ def read(
         )
     if proportional is not None:
         if "damping" in matrices:
-            raise InputError("damping: given as Proportional and by an unsymmetric matrix")
+            raise InputError("damping: given as Rayleigh and by an unsymmetric matrix")
         matrices["damping"] = proportional
     return Body(
         points=points, dofs=named, cells=cells, surfaces=surfaces, name=name, notes=notes,

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stickslip.faults import InputError
 from stickslip.scene.contact import core_contact
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.scene import Scene
 
 #: Directions whose smallest part that is independent of the others is below this are dependent.
@@ -70,7 +70,7 @@ def contact_matrices(scene: Scene) -> Matrices:
         return scipy.sparse.csc_array(transform.T @ sparse(matrix, scene.size) @ transform)
 
     mass, stiffness = changed(scene.mass), changed(scene.stiffness)
-    if isinstance(scene.damping, Proportional):
+    if isinstance(scene.damping, Rayleigh):
         damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
     else:
         damping = scipy.sparse.csc_array(mass.shape) if scene.damping is None else changed(scene.damping)

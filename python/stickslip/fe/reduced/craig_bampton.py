@@ -17,7 +17,7 @@ from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrice
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Boundary, Model, dual, projected
 from stickslip.scene.checks import Real
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.scene import Scene
 
 #: A mode whose stiffness is below this part of the largest one, by mass, is a free motion.
@@ -64,7 +64,7 @@ class CraigBampton:
         bound = projected(self.static, matrices.stiffness, 1.0) + coupling.T @ (squares[:, None] * coupling)
         side = -coupling.T * squares
         stiffness = np.block([[0.5 * (bound + bound.T), side], [side.T, np.diag(squares)]])
-        if isinstance(scene.damping, Proportional):
+        if isinstance(scene.damping, Rayleigh):
             # Of the reduced matrices, so that it stays proportional.
             damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
         else:

@@ -42,7 +42,7 @@ from stickslip.fe.reduced.contact_coordinates import INDEPENDENT, Coordinate, co
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Model, dual, projected
 from stickslip.scene.checks import Real
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.scene import Scene
 
 #: The shift that makes K regular where the structure moves freely, of the highest frequency wanted: the
@@ -110,7 +110,7 @@ class MacNeal:
         zero = np.zeros((b, b))
         law = scene.damping
         damping: Real = np.zeros((b + count, b + count))
-        if isinstance(law, Proportional):
+        if isinstance(law, Rayleigh):
             damping[b:, b:] = np.diag(law.mass + law.stiffness * squares)
         elif law is not None:
             damping[b:, b:] = projected(shapes, sparse(law, scene.size), 1.0)

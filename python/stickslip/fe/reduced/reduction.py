@@ -25,7 +25,7 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
 from stickslip.scene.contact import entries_of
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.loads.of_scene import load_names
 from stickslip.scene.scene import Scene, checked, checked_combination
 from stickslip.scene.state import State
@@ -225,7 +225,7 @@ def reduce(
 
     Notes
     -----
-    Damping, gyroscopic and circulatory matrices and forces are reduced with the same basis; `Proportional`
+    Damping, gyroscopic and circulatory matrices and forces are reduced with the same basis; `Rayleigh`
     damping stays proportional to the reduced matrices.
     """
     ends = real_array("band", band, 1)
@@ -359,7 +359,7 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
     for one, name in zip(kinds, names, strict=True):
         directions[one.contact][one.kind] = name
     damping: Any = scene.damping
-    if damping is not None and not isinstance(damping, Proportional):
+    if damping is not None and not isinstance(damping, Rayleigh):
         damping = model.damping
     loads = []
     for load_name, load in zip(load_names(scene.loads), scene.loads, strict=True):

@@ -12,11 +12,11 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import Matrix, MatrixLike, core_matrix, described, real_matrix, real_number
 
 #: Damping as a user gives it.
-DampingLike: TypeAlias = "Proportional | MatrixLike"
+DampingLike: TypeAlias = "Rayleigh | MatrixLike"
 
 
 @dataclass(frozen=True)
-class Proportional:
+class Rayleigh:
     """Damping ``C = mass M + stiffness K``; mass in 1/s, stiffness in s, neither negative."""
 
     mass: float = 0.0
@@ -32,38 +32,38 @@ class Proportional:
             object.__setattr__(self, name, value)
 
 
-def described_damping(damping: Proportional | Matrix | None) -> str:
+def described_damping(damping: Rayleigh | Matrix | None) -> str:
     """Return damping in words."""
     if damping is None:
         return "none"
-    if isinstance(damping, Proportional):
+    if isinstance(damping, Rayleigh):
         parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
         return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
     return "matrix"
 
 
-def checked_damping(damping: Any) -> Proportional | Matrix | None:
+def checked_damping(damping: Any) -> Rayleigh | Matrix | None:
     """Return damping as a scene keeps it.
 
     Raises
     ------
     InputError
-        If it is neither `Proportional` nor a matrix of real numbers.
+        If it is neither `Rayleigh` nor a matrix of real numbers.
     """
-    if damping is None or isinstance(damping, Proportional):
+    if damping is None or isinstance(damping, Rayleigh):
         return damping
     if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
         raise InputError(
-            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "
-            "pass Proportional(stiffness=beta)"
+            f"damping: expected a matrix, Rayleigh or None, got {described(damping)}; for C = beta K "
+            "pass Rayleigh(stiffness=beta)"
         )
     return real_matrix("damping", damping)
 
 
-def core_damping(damping: Proportional | Matrix | None) -> Any:
+def core_damping(damping: Rayleigh | Matrix | None) -> Any:
     """Return damping as the core takes it: two coefficients, or a matrix."""
     if damping is None:
         return (0.0, 0.0)
-    if isinstance(damping, Proportional):
+    if isinstance(damping, Rayleigh):
         return (damping.mass, damping.stiffness)
     return core_matrix(damping)

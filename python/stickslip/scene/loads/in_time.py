@@ -43,7 +43,7 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
-class Steps:
+class Switched:
     """A load on dofs that is switched: `amplitude` times a factor that is constant between `times`.
 
     Each step is an event of kind ``load``.
@@ -81,4 +81,4 @@ def _kept(amplitude: Any) -> Any:
 
 
 #: A load in time of a scene.
-Load = Harmonic | Steps
+Load = Harmonic | Switched

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array, real_number
 from stickslip.scene.contact import Contact, contact_labels, described_direction, entries_of
-from stickslip.scene.loads.in_time import Harmonic, Load, Steps
+from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 
 if TYPE_CHECKING:
     from stickslip._core import _LoadData
@@ -73,7 +73,7 @@ def core_place(
     kind = type(loads[place])
     attribute, at = _entry(field)
     if at is not None:
-        earlier = [load for load in loads[:place] if isinstance(load, Steps)]
+        earlier = [load for load in loads[:place] if isinstance(load, Switched)]
         return f"steps_{attribute}", at + sum(np.size(getattr(load, attribute)) for load in earlier)
     if field == "amplitude":
         single_entry(f"{load_names(loads)[place]}_{field}", loads[place].amplitude)
@@ -134,14 +134,14 @@ def checked_loads(loads: Any, contacts: Sequence[Contact]) -> tuple[Load, ...]:
     InputError
         If they are no sequence of loads, or a name stands for two of them.
     """
-    if isinstance(loads, Harmonic | Steps):
+    if isinstance(loads, Harmonic | Switched):
         raise InputError(f"loads: expected a sequence of loads, got a single {type(loads).__name__}")
     if not np.iterable(loads) or isinstance(loads, str | Mapping):
         raise InputError(f"loads: expected a sequence of loads, got {described(loads)}")
     listed = tuple(loads)
     for k, load in enumerate(listed):
-        if not isinstance(load, Harmonic | Steps):
-            raise InputError(f"loads: expected Harmonic or Steps, got {described(load)} at {k}")
+        if not isinstance(load, Harmonic | Switched):
+            raise InputError(f"loads: expected Harmonic or Switched, got {described(load)} at {k}")
     vibrating = [k for k, contact in enumerate(contacts) if _vibration(contact, k) is not None]
     names = load_names(listed) + [vibration_name(contacts, k) for k in vibrating]
     for name in names:

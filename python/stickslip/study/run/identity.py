@@ -14,7 +14,7 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
-from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.scene import Scene
@@ -41,7 +41,7 @@ def described_scene(scene: Scene) -> dict[str, Any]:
         "mass": _matrix(scene.mass),
         "stiffness": _matrix(scene.stiffness),
         "damping": [damping.mass, damping.stiffness]
-        if isinstance(damping, Proportional)
+        if isinstance(damping, Rayleigh)
         else None
         if damping is None
         else _matrix(damping),

@@ -1,0 +1,127 @@
+"""Anything in a file: scenes and cases, results with labelled numbers, figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.faults import InputError
+from stickslip.files.case import Case, load_case, save_case
+from stickslip.files.dataset_file import SUFFIXES, Labelled, read_dataset, write_dataset
+from stickslip.files.scene_file import Matrices
+from stickslip.scene.checks import described, file_path, real_number
+from stickslip.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Width of the largest figure, m.
+LARGEST = 10.0
+
+
+def save(
+    what: Scene | Case | Labelled | xr.Dataset | xr.DataArray | Figure | Axes,
+    path: str | Path,
+    *,
+    matrices: Matrices | None = None,
+    rows: Sequence[str] | None = None,
+    dpi: int | None = None,
+    width: float | None = None,
+) -> None:
+    """Write a scene, a case, a result or a figure; `load` reads back all but figures.
+
+    A file that exists is replaced once the new one is complete; an error leaves it as it was.
+
+    Parameters
+    ----------
+    what
+        A `Scene`, or a `Case`, which is a scene with a start, settings of a run and parameter values: written
+        as TOML. A scene that a function of `stickslip.models` made is written as that model and its
+        arguments, also after `replace` of what the model takes; any other scene, or with `matrices`, by its
+        matrices.
+
+        A dataset or array of xarray, or a result with a method `to_dataset`: written in the form that the
+        suffix names. Numbers, truth values and texts can be written.
+
+        A figure, or axes of matplotlib, which stand for their whole figure: written in the form that the
+        suffix names; the same figure gives the same bytes. If the figure has several panels, they bear
+        letters. Axes have units that suit what they show. If the figure has no layout engine and its border
+        would cut a legend or label, the layout becomes "constrained".
+    path
+        The file: for a scene usually ``.toml``; for a result ``.nc``, ``.json``, ``.csv`` or ``.zarr``, a
+        folder that needs zarr (``stickslip[study]``); for a figure ``.pdf``, ``.svg``, ``.png`` or ``.eps``.
+    matrices
+        Of a scene or case, where matrices and vectors go: ``inline``, into the file itself; ``npz``, ``mat``
+        or ``mtx``, into files beside it, ``<name of the file>.<argument>.<suffix>``; ``auto``, into ``npz``
+        where they are large. None: ``auto``.
+    rows
+        Of a CSV table, the dimensions of its rows; None: the first dimension.
+    dpi
+        Of a figure, pixels per inch of a ``.png``, and of the parts that other forms hold as pixels; None:
+        300.
+    width
+        Of a figure, its width on paper, m, such as 0.085 for a column of a journal; None: as it was drawn.
+        Height, text and lines change in the same ratio, text not below 6 points.
+
+    Raises
+    ------
+    InputError
+        If `what` is none of these, an option does not concern it, `matrices` is none of these words, the
+        suffix is another, a dimension of `rows` is unknown, a model is a function that a file cannot name,
+        zarr is missing, or the folder holds something else.
+    OSError
+        If the file cannot be written.
+    """
+    options = {"matrices": matrices, "rows": rows, "dpi": dpi, "width": width}
+    if isinstance(what, Scene | Case):
+        _refuse(options, what, "matrices")
+        save_case(what, path, "auto" if matrices is None else matrices)
+        return
+    if hasattr(what, "to_dataset") or hasattr(what, "data_vars"):
+        _refuse(options, what, "rows")
+        write_dataset(what, path, rows)
+        return
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    if not isinstance(what, Figure | Axes):
+        expected = "a Scene, a Case, a result with to_dataset, an xarray dataset or array, a figure or axes"
+        raise InputError(f"what: expected {expected}, got {described(what)}")
+    from stickslip.show import style
+
+    _refuse(options, what, "dpi", "width")
+    if width is not None and not 0.0 < (width := real_number("width", width)) < LARGEST:
+        raise InputError(f"width: must be positive and below {LARGEST:g} m, got {width!r}")
+    style.save(what, path, style.DPI if dpi is None else dpi, width=width)
+
+
+def load(path: str | Path) -> Any:
+    """Return what a file holds that `save` wrote.
+
+    Parameters
+    ----------
+    path
+        A scene file, ``.toml``, or a dataset, ``.nc``, ``.json``, ``.csv`` or ``.zarr``.
+
+    Returns
+    -------
+    Case or xarray.Dataset
+        Of a scene file a `Case`, whose ``scene`` is the `Scene`, with start, settings of a run and parameter
+        values where the file has them. Of any other file a dataset.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or anything in it is ill-posed: the message names the file, and in a scene
+        file key and value.
+    """
+    return read_dataset(path) if file_path(path).suffix in SUFFIXES else load_case(path)
+
+
+def _refuse(options: dict[str, Any], what: Any, *allowed: str) -> None:
+    for name, value in options.items():
+        if name not in allowed and value is not None:
+            raise InputError(f"{name}: does not concern {type(what).__name__}, got {value!r}")
