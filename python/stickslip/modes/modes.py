@@ -170,8 +170,9 @@ class Modes(Shown):
     def __getitem__(self, number: int) -> Mode: ...
     @overload
     def __getitem__(self, number: slice | Sequence[int] | Sequence[bool] | Index | Flags) -> Modes: ...
-    def __getitem__(self, number: int | slice | Sequence[int] | Sequence[bool] | Index | Flags) -> Mode |
-    Modes:
+    def __getitem__(
+        self, number: int | slice | Sequence[int] | Sequence[bool] | Index | Flags
+    ) -> Mode | Modes:
         """Return one mode by its number, its place among the eigenvalues from 0 on, or several of them.
 
         ``modes[0:4]``, ``modes[[0, 2]]`` and ``modes[modes.unstable]`` are `Modes` again, whose numbers count
