@@ -183,7 +183,7 @@ class Modes(Shown):
         IndexError
             If there is no mode of that number, or an array of truth values has another length.
         """
-        if isinstance(number, slice) or np.ndim(number):
+        if not isinstance(number, int | np.integer):
             return self._part(np.arange(len(self))[number])
         place = range(len(self))[number]
         return Mode(
