@@ -97,19 +97,20 @@ def test_contact_forces_are_named_and_a_state_of_another_scene_is_refused():
 
 
 def test_steady_sliding_knows_its_scene_and_its_forces(tmp_path, standard):
-    found = ss.steady_sliding(standard)
-    assert found.scene is standard
-    of_scene = found.contact_forces(standard)
+    scene = standard.scene
+    found = ss.steady_sliding(scene)
+    assert found.scene is scene
+    of_scene = found.contact_forces(scene)
     assert found.contact_forces().identical(of_scene)
     np.testing.assert_array_equal(found.friction_forces, of_scene.friction_force)
     # Coulomb's law in the direction of the slider.
     signs = [1.0 if letter == "+" else -1.0 for letter in found.combination]
-    friction = [contact.friction for contact in standard.contacts]
+    friction = [contact.friction for contact in scene.contacts]
     expected = signs * np.array(friction) * found.normal_forces
     np.testing.assert_allclose(found.friction_forces, expected, rtol=1e-15)
     assert "only one" in str(found.summary())
     assert "normal force, N" in found._repr_html_()
     ss.save(found, tmp_path / "sliding.nc")
     assert ss.load(tmp_path / "sliding.nc").identical(found.to_dataset())
-    moved = ss.steady_sliding(standard.replace(friction=0.0))
+    moved = ss.steady_sliding(scene.replace(friction=0.0))
     assert not moved.friction_forces.any()
