@@ -363,19 +363,6 @@ def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_pat
     assert 0.0 < ss.load(target).attrs["duration"] < 1e7
 
 
-@pytest.mark.slow
-def test_figures(tmp_path):
-    said = run("figures", 2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg").stderr
-    assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
-    written = sorted((tmp_path / "new" / "folder").iterdir())
-    assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
-    assert all("<svg" in path.read_text()[:1000] for path in written)
-    run("figures", 2, "--output", tmp_path, "--format", "png")
-    # A column of a journal, 85 mm, at 300 points per inch.
-    assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
-    assert "16 is not in the range 2<=x<=15" in run("figures", 16, code=2).stderr
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_scripts(shell):
     assert "_STICKSLIP_COMPLETE" in run("completion", shell).stdout

@@ -310,7 +310,7 @@ def test_a_device_is_written_to(tmp_path):
 def test_hostile_files(tmp_path):
     with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.csv, \.zarr"):
         ss.save(xr.Dataset(), tmp_path / "a.xls")
-    with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.csv, \.zarr"):
+    with pytest.raises(ss.InputError, match=r"expected a file \.toml, \.nc, \.json, \.csv, \.zarr"):
         ss.load(tmp_path / "a.xls")
     for suffix in (".nc", ".zarr"):
         with pytest.raises(ss.InputError, match="dataset: m/s: expected a name without /"):

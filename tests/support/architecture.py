@@ -21,7 +21,6 @@ PARTS = [
     "types",
     "files",
     "plot",
-    "reference",
     "explorer",
     "report",
     "cli",

@@ -115,10 +115,15 @@ def load(path: str | Path) -> Any:
     Raises
     ------
     InputError
-        If there is no such file, or anything in it is ill-posed: the message names the file, and in a scene
-        file key and value.
+        If the suffix is another, there is no such file, or anything in it is ill-posed: the message names the
+        file, and in a scene file key and value.
     """
-    return read_dataset(path) if file_path(path).suffix in SUFFIXES else load_case(path)
+    file = file_path(path)
+    if file.suffix in SUFFIXES:
+        return read_dataset(file)
+    if file.suffix == ".toml" or file.is_dir():
+        return load_case(file)
+    raise InputError(f"{file.name}: expected a file .toml, {', '.join(SUFFIXES)}")
 
 
 def _refuse(options: dict[str, Any], what: Any, *allowed: str) -> None:
