@@ -315,7 +315,7 @@ def test_hostile_files(tmp_path):
     for suffix in (".nc", ".zarr"):
         with pytest.raises(ss.InputError, match="dataset: m/s: expected a name without /"):
             ss.save(xr.Dataset({"m/s": 1.0}), tmp_path / f"a{suffix}")
-    with pytest.raises(ss.InputError, match="expected a Dataset, a DataArray or a result with to_dataset"):
+    with pytest.raises(ss.InputError, match="what: expected a Scene, a Case, a result with to_dataset, an xarray dataset"):
         ss.save([1.0], tmp_path / "a.nc")
     whole = xr.Dataset({"eigenvalue": ("mode", [1.0, 2j]), "status": ("mode", ["+", "s"])})
     for name in ("a.nc", "a.json", "a.csv", "a.zarr"):
