@@ -167,9 +167,11 @@ def _replaced(dataset: xr.Dataset, variables: Mapping[Any, Any]) -> xr.Dataset:
 
 
 def _write_zarr(dataset: xr.Dataset, path: Path) -> None:
+    from stickslip.study.run.zarr_folder import is_store
+
     package("zarr", path.name)
     folder = Path(os.path.realpath(path))
-    if folder.exists() and (not (folder / "zarr.json").is_file() or (folder / "complete").exists()):
+    if folder.exists() and (not (folder / "zarr.json").is_file() or is_store(folder)):
         raise InputError(f"{path}: expected a new folder or a dataset to replace, it holds something else")
     with draft_of(folder) as draft, draft_of(folder) as replaced:
         texts = {
