@@ -23,7 +23,16 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.scene.checks import Real, check_memory, described, file_path, real_number
+from stickslip.scene.checks import (
+    FORMAT_KEY,
+    FORMAT_VERSION,
+    Real,
+    check_format_version,
+    check_memory,
+    described,
+    file_path,
+    real_number,
+)
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene, checked
@@ -151,7 +160,7 @@ class Case:
         return Case(model, self.start, self.run, self.sweep, self.study)
 
     def save(self, path: str | Path, matrices: Matrices = "auto") -> None:
-        """Write the case as a scene file, which `load_case` reads back exactly.
+        """Write the case as a scene file, which `load_case` reads back exactly; comments of a file stay.
 
         Parameters
         ----------
@@ -179,7 +188,8 @@ class Case:
         for name in ("start", "run", "sweep", "study"):
             if section := getattr(self, name):
                 tables[name] = self._table(section)
-        file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+        older = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else HEADER
+        file.write_text(toml_text({FORMAT_KEY: FORMAT_VERSION, **tables}, older), encoding="utf-8")
 
     def _table(self, section: Mapping[str, Any]) -> dict[str, Any]:
         """Return a section without what is None, amounts by the name of their dof."""
@@ -267,6 +277,8 @@ def load_case(path: str | Path) -> Case:
     """
     file = file_path(path)
     tables = read_tables(file)
+    with located(str(file)):
+        check_format_version(tables.pop(FORMAT_KEY, None))
     known(str(file), tables, SECTIONS)
     if ("scene" in tables) == ("model" in tables):
         raise InputError(f"{file}: expected either [scene] or [model], got {', '.join(tables) or 'neither'}")
