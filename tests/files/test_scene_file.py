@@ -394,7 +394,6 @@ def test_toml_that_python_cannot_read(tmp_path, value):
     [
         ("brake.toml", ss.load_case),
         ("a.nc", ss.read_dataset),
-        ("a.json", ss.read_dataset),
         ("a.npz", read_matrix),
         ("a.sti", lambda path: ss.fe.read(path, mass=path)),
         ("a.npz", ss.fe.read),

@@ -684,7 +684,7 @@ def test_results_go_on_with_other_libraries(tmp_path: Path, expected: xr.Dataset
         assert set(table.columns) >= {"period", "sequence", "friction"}
         assert copy.deepcopy(results).identical(results)
         assert pickle.loads(pickle.dumps(results)).identical(results)
-        for suffix in ("nc", "json"):
+        for suffix in ("nc", "zarr"):
             ss.write_dataset(results, tmp_path / f"results.{suffix}")
             again = ss.read_dataset(tmp_path / f"results.{suffix}")
             assert again.eigenvalue.to_numpy().tobytes() == expected.eigenvalue.to_numpy().tobytes()
