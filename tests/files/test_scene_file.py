@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import stickslip as ss
-from stickslip.files.matrix_file import read_matrix, write_matrix
+from stickslip.fe.formats.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import toml_text
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
