@@ -24,7 +24,14 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.scene.checks import Real, described, file_path
+from stickslip.scene.checks import (
+    FORMAT_KEY,
+    FORMAT_VERSION,
+    Real,
+    check_format_version,
+    described,
+    file_path,
+)
 from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene
@@ -205,7 +212,8 @@ def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
     for name in ("start", "run", "sweep", "study"):
         if section := getattr(what, name):
             tables[name] = _section(section, what.scene)
-    file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+    older = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else HEADER
+    file.write_text(toml_text({FORMAT_KEY: FORMAT_VERSION, **tables}, older), encoding="utf-8")
 
 
 def _section(section: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
@@ -231,6 +239,8 @@ def load_case(path: str | Path) -> Case:
     """
     file = file_path(path)
     tables = read_tables(file)
+    with located(str(file)):
+        check_format_version(tables.pop(FORMAT_KEY, None))
     known(str(file), tables, SECTIONS)
     if ("scene" in tables) == ("model" in tables):
         raise InputError(f"{file}: expected either [scene] or [model], got {', '.join(tables) or 'neither'}")

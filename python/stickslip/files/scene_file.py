@@ -23,7 +23,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.files.matrix_file import Header, matrix_header, read_matrix, write_matrix
+from stickslip.fe.formats.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.checks import Real, check_memory, described, real_array, real_number
