@@ -174,7 +174,7 @@ def test_a_file_that_is_saved_again_keeps_its_comments(tmp_path):
         assert line in text
     assert ss.load(path).run == {"duration": 2.0, "method": "modal"}
     path.write_text("no TOML")
-    case.save(path)
+    ss.save(case, path)
     assert ss.load(path).run == {"duration": 1.0}
 
 
