@@ -15,7 +15,7 @@ from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.reference.section import known
 from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
 
 #: Height of the page inside a notebook, in CSS pixels.
 HEIGHT = 900

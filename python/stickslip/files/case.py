@@ -24,8 +24,8 @@ from stickslip.files.scene_file import (
 )
 from stickslip.files.toml_text import Inline, toml_text
 from stickslip.scene.checks import Real, check_memory, described, file_path, real_number
-from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import run_settings, simulate

@@ -64,7 +64,7 @@ def report(
             start=start,
             settings=settings,
             model=case.model,
-            over=over,
+            parameters=over,
             known=known(case.scene),
             origin={"date": _date(), "command": shlex.join(words)},
             source=scene.read_text(encoding="utf-8"),

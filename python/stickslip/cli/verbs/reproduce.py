@@ -102,7 +102,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     from matplotlib.figure import Figure
 
     from stickslip import plot
-    from stickslip.locus.critical import hopf_points
+    from stickslip.locus.critical import critical_points
     from stickslip.locus.sweep import sweep
     from stickslip.modes.complex_modes import complex_modes
     from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
@@ -121,8 +121,8 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     drawn = {
         "mode-shapes.png": plot.shapes(complex_modes(two_subsystems(friction=0.0))),
         "loci.png": plot.loci(
-            sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301)),
-            critical=hopf_points(two_subsystems(), friction=FRICTIONS),
+            sweep(two_subsystems(), {"friction": np.linspace(*FRICTIONS, 301)}),
+            critical=critical_points(two_subsystems(), {"friction": FRICTIONS}, kinds=("hopf",)),
         ),
         "mode-orbits.png": plot.orbits(growing, leading, MASSES),
         "history.png": plot.history(run),
