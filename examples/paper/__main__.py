@@ -114,7 +114,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     from paper.comparison import FRICTIONS, attractor, standard_run
     from paper.numbers import published
     from stickslip import plot
-    from stickslip.locus.critical import hopf_points
+    from stickslip.locus.critical import critical_points
     from stickslip.locus.sweep import sweep
     from stickslip.modes.complex_modes import complex_modes
     from stickslip.scene.models import two_subsystems
@@ -131,8 +131,8 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     drawn = {
         "mode-shapes.png": plot.shapes(complex_modes(two_subsystems(friction=0.0))),
         "loci.png": plot.loci(
-            sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301)),
-            critical=hopf_points(two_subsystems(), friction=FRICTIONS),
+            sweep(two_subsystems(), {"friction": np.linspace(*FRICTIONS, 301)}),
+            critical=critical_points(two_subsystems(), {"friction": FRICTIONS}, kinds=("hopf",)),
         ),
         "mode-orbits.png": plot.orbits(growing, leading, MASSES),
         "history.png": plot.history(run),

@@ -80,7 +80,7 @@ def frequencies(scene: Scene, combination: str) -> Real:
 
 def critical_frictions() -> tuple[float, float, float]:
     """Return where the first and the second pair become unstable, and where their growth rates cross."""
-    points = critical_points(two_subsystems(), friction=FRICTIONS)
+    points = critical_points(two_subsystems(), {"friction": FRICTIONS})
     first, second = (point.value for point in points if point.kind == "hopf")
     # Below the first Hopf point the lead passes between modes that all decay.
     (crossing,) = (point.value for point in points if point.kind == "crossing" and point.value > second)

@@ -23,7 +23,7 @@ from paper.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip import plot
 from stickslip.cycles.cycle import Cycle
 from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
-from stickslip.locus.critical import hopf_points
+from stickslip.locus.critical import critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import orbit
@@ -100,9 +100,9 @@ def figure_3() -> Figure:
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
     scene = two_subsystems()
-    plot.draw_loci(growth, frequency, sweep(scene, friction=np.linspace(*FRICTIONS, 301)))
+    plot.draw_loci(growth, frequency, sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}))
     growth.set_xlabel("")
-    hopf = [point.value for point in hopf_points(scene, friction=FRICTIONS)]
+    hopf = [point.value for point in critical_points(scene, {"friction": FRICTIONS}, kinds=("hopf",))]
     (dots,) = growth.plot(hopf, np.zeros(len(hopf)), "o", color="black", markersize=3)
     red, blue = (Line2D([], [], color=colour) for colour in (UNSTABLE, STABLE))
     _legend(

@@ -15,8 +15,8 @@ from .errors import InputError, RunError, StickslipError
 from .explorer import explore
 from .files.case import Case
 from .files.saved import load, save
-from .locus.critical import critical_points, hopf_points
-from .locus.sensitivity import entry_sensitivity, sensitivity
+from .locus.critical import critical_points
+from .locus.sensitivity import sensitivity
 from .locus.stability import stability
 from .locus.sweep import sweep
 from .modes.complex_modes import complex_modes
@@ -63,7 +63,6 @@ __all__ = [
     "complex_modes",
     "critical_points",
     "disturbed_sliding",
-    "entry_sensitivity",
     "equations_of",
     "errors",
     "explore",
@@ -71,7 +70,6 @@ __all__ = [
     "follow_branch",
     "frequency_response",
     "friction",
-    "hopf_points",
     "load",
     "modal_energy",
     "mode_power",

@@ -130,7 +130,7 @@ def test_sweep(brake, tmp_path):
     printed = run("sweep", brake, "-o", tmp_path / "loci.nc", "--plot", tmp_path / "loci.svg").stdout
     assert "301 scenes over friction: 71 stable, 230 unstable" in printed
     assert "0.701567173085" in printed
-    branches = ss.sweep(ss.load(brake).model, friction=np.linspace(0.0, 3.0, 301))
+    branches = ss.sweep(ss.load(brake).model, {"friction": np.linspace(0.0, 3.0, 301)})
     found = ss.load(tmp_path / "loci.nc")
     assert found.eigenvalue.values.tobytes() == branches.eigenvalue.values.tobytes()
     assert found.eigenvalue.attrs["units"] == "1/s"

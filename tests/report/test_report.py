@@ -308,7 +308,7 @@ def test_the_paper_belongs_to_its_own_scenes():
 def test_the_parameter_of_the_sweep_is_followed():
     model = partial(ss.models.two_subsystems, friction=0.5)
     found = findings(
-        model(), "x", settings={"duration": 0.01}, model=model, over={"wall_stiffness": [1.8e6, 1.9e6]}
+        model(), "x", settings={"duration": 0.01}, model=model, parameters={"wall_stiffness": [1.8e6, 1.9e6]}
     )
     assert found.parameter == "wall_stiffness"
     assert found.loci.wall_stiffness.to_numpy().tolist() == [1.8e6, 1.9e6]

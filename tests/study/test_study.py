@@ -406,7 +406,9 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
         assert row.growth_rate.item() == pytest.approx(modes.eigenvalues.real.max(), rel=1e-9)
         assert row.unstable_modes.item() == modes.unstable.sum() // 2
         assert (row.eigenvalues.to_numpy() == modes.eigenvalues).all()
-        first = next(p for p in ss.hopf_points(scene, friction=(0.0, 3.0)) if p.direction > 0)
+        first = next(
+            p for p in ss.critical_points(scene, {"friction": (0.0, 3.0)}, kinds=("hopf",)) if p.direction > 0
+        )
         assert row.hopf_point.item() == first.value
         assert row.hopf_frequency.item() == pytest.approx(first.frequency, rel=1e-15)
         run = ss.simulate(scene, 0.6, ss.disturbed_sliding(scene))

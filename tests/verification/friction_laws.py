@@ -113,9 +113,9 @@ def closed(speed, guess):
 
 def belt():
     """Compare the Hopf point, the fold of the branch that is born there, and cycles on that branch."""
-    hopf = ss.critical_points(block(0.2), slider_speed=(0.1, 0.5))[0]
+    hopf = ss.critical_points(block(0.2), {"slider_speed": (0.1, 0.5)})[0]
     first = small_cycle(1.01 * float(HOPF))
-    end = ss.branch_points(first, slider_speed=(1.01 * float(HOPF), 0.8))[0]
+    end = ss.branch_points(first, {"slider_speed": (1.01 * float(HOPF), 0.8)})[0]
     rows = [
         Quantity(name="Hopf speed", unit="m/s", expected=HOPF, computed=hopf.value),
         Quantity(

@@ -14,8 +14,8 @@ from stickslip.explorer.wanted import Explored
 from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Family
 from stickslip.scene.known import known_of
+from stickslip.scene.parameters.family import Family
 
 #: Height of the page inside a notebook, in CSS pixels.
 HEIGHT = 900

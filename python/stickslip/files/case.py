@@ -32,8 +32,8 @@ from stickslip.scene.checks import (
     described,
     file_path,
 )
-from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Law
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import run_settings, simulate

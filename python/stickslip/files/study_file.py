@@ -21,7 +21,7 @@ from stickslip.faults import InputError
 from stickslip.files.scene_file import RANGE_KEYS, known, located, parameter_values
 from stickslip.scene.checks import real_number
 from stickslip.scene.contact import nearest
-from stickslip.scene.family import Model
+from stickslip.scene.parameters.family import Model
 from stickslip.study.study import Study
 
 #: Arguments of `Study` that a file may have; the rest comes from its other sections.

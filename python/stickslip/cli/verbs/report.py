@@ -63,7 +63,7 @@ def report(
             start=start,
             settings=settings,
             model=case.model,
-            over=over,
+            parameters=over,
             known=known_of(case.scene),
             origin={"date": _date(), "command": shlex.join(words)},
             source=scene.read_text(encoding="utf-8"),

@@ -14,10 +14,10 @@ from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checked_cycle, first_orbit
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
-from stickslip.locus.asked import SceneAt, between
-from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real, real_number, whole_number
-from stickslip.scene.family import Model
+from stickslip.scene.parameters.family import Model
+from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.values import SceneAt, between
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
 WIDTH = 1e-6
@@ -110,12 +110,11 @@ def bend(a: Tangent, b: Tangent) -> float:
 
 def trace_branch(
     cycle: Cycle,
+    parameters: Mapping[str, Any],
     model: Model | None = None,
     *,
-    over: Mapping[str, Any] | None = None,
     step: float = 0.02,
     points: int = 200,
-    **parameters: Any,
 ) -> Branch:
     """Return the branch of periodic orbits through a cycle, along its own length and around its folds.
 
@@ -126,18 +125,16 @@ def trace_branch(
     ----------
     cycle
         Where to begin.
+    parameters
+        Values by name as for `sweep`, one of them (begin, end): the value of the cycle, and the
+        value to reach. The branch is followed while the parameter lies between both.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
-        value to reach. The branch is followed while the parameter lies between both.
     step
         Longest step, in (0, 1], relative to the range of the parameter and the size of the orbit together.
         Steps become shorter where the branch bends.
     points
         Number of points after which the call stops, >= 1.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -158,7 +155,7 @@ def trace_branch(
     if not 0.0 < longest <= 1.0:
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
     source = cycle.scene if model is None else model
-    name, begin, end, scene_at = between(trace_branch, source, over, parameters)
+    name, begin, end, scene_at = between(source, parameters)
     low, high = min(begin, end), max(begin, end)
     curve = Curve(scene_at, high - low)
     first = first_orbit(cycle, name, begin, scene_at)

@@ -9,10 +9,10 @@ from typing import Any, Literal
 from stickslip.cycles.bifurcation import Diagram, table
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
-from stickslip.locus.asked import SceneAt, along
-from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
-from stickslip.scene.family import Family, Model
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.values import SceneAt, along
 from stickslip.show.summary import Summary
 
 #: Halvings of a step along a branch before it counts as ended.
@@ -94,10 +94,8 @@ class Branch(Diagram):
 
 def follow_branch(
     cycle: Cycle,
+    parameters: Mapping[str, Any],
     model: Model | None = None,
-    *,
-    over: Mapping[str, Any] | None = None,
-    **parameters: Any,
 ) -> Branch:
     """Return the branch of periodic orbits through a cycle, stable or not.
 
@@ -108,13 +106,10 @@ def follow_branch(
     ----------
     cycle
         Cycle at which the branch begins; the first value should be near the value of this cycle.
+    parameters
+        Values by name as for `sweep`, one of them an array (k,) in the order of the branch.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with an array (k,) of values, in the order of the
-        branch.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -130,7 +125,7 @@ def follow_branch(
     """
     checked_cycle(cycle)
     source = cycle.scene if model is None else model
-    name, values, scene_at = along(follow_branch, source, over, parameters)
+    name, values, scene_at = along(source, parameters)
     orbits: list[Cycle | None] = []
     before: tuple[float, Cycle] = (float(values[0]), cycle)
     for value in values:

@@ -12,9 +12,9 @@ from stickslip.cycles.branches.arclength import fold_near
 from stickslip.cycles.branches.branch import BranchPoint, Kind, Placed, checked_cycle, continued, first_orbit
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import OrbitError
-from stickslip.locus.asked import SceneAt, between
 from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Model
+from stickslip.scene.parameters.family import Model
+from stickslip.scene.parameters.values import SceneAt, between
 
 #: Steps of a search for branch points: between two of them at most one of each kind is expected.
 STEPS = 60
@@ -33,11 +33,10 @@ SHRUNK = 0.1
 
 def branch_points(
     cycle: Cycle,
+    parameters: Mapping[str, Any],
     model: Model | None = None,
     *,
-    over: Mapping[str, Any] | None = None,
     steps: int = STEPS,
-    **parameters: Any,
 ) -> tuple[BranchPoint, ...]:
     """Return the points at which a branch of orbits changes stability, folds, or changes its event sequence.
 
@@ -45,15 +44,13 @@ def branch_points(
     ----------
     cycle
         Where to begin.
+    parameters
+        Values by name as for `sweep`, one of them (begin, end): the branch is followed from the
+        first to the second value, up to a change of the sequence.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with (begin, end): the branch is followed from the
-        first to the second value, up to a change of the sequence.
     steps
         Number of steps of the search, >= 1. Two points of one kind within a step are not found.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -71,7 +68,7 @@ def branch_points(
     checked_cycle(cycle)
     steps = whole_number("steps", steps, 1)
     source = cycle.scene if model is None else model
-    name, begin, end, scene_at = between(branch_points, source, over, parameters)
+    name, begin, end, scene_at = between(source, parameters)
     values = np.linspace(begin, end, steps + 1)
     points: list[BranchPoint] = []
     before = (float(values[0]), first_orbit(cycle, name, float(values[0]), scene_at))
