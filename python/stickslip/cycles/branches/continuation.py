@@ -23,7 +23,7 @@ from stickslip.scene.parameters.values import SceneAt, between
 CHANGES = ("grazing", "switching")
 #: Steps in which the end of a branch is looked for, and how far before its last orbit they begin, part of the
 #: range.
-STEPS, AWAY = 60, 1e-3
+STEPS, AWAY = 60, 1e-2
 #: Accuracy of a multiplier at a branch point: its target is met to this.
 MULTIPLIER = 1e-8
 #: Relative distance to which the end of a branch is approached by halving; closer, Newton's method needs
@@ -295,6 +295,12 @@ def _branch_end(name: str, before: Placed, beyond: float, scene_at: SceneAt) -> 
             places.append((further, continued((value, cycle), further, scene_at)))
         except OrbitError:
             break
+    if np.isfinite(estimate) and len(places) > 2:
+        # With the next power of the duration, of which the square is the first that counts.
+        values, orbits = zip(*places[-3:], strict=True)
+        lengths = np.array([orbit.core.durations[shortest] for orbit in orbits]) / before[1].period
+        powers = np.stack([np.ones(3), lengths**2, lengths**3], axis=1)
+        estimate = float(np.linalg.solve(powers / powers.max(axis=0), values)[0])
     if np.isfinite(estimate):
         event = shortest - 1
         contact = int(cycle.run.events.contact[event])
