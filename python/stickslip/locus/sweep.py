@@ -20,7 +20,6 @@ from stickslip.locus.sensitivity import is_defined
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import derivative_units, parameter_units
 from stickslip.scene.parameters.values import axis, divided
 from stickslip.show.progress import LONG, tracked, watched
 
@@ -308,7 +307,7 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
         "derivative": (
             dims,
             derivative,
-            {"long_name": f"d eigenvalue / d {last}", **derivative_units("1/s", model, last)},
+            {"long_name": f"d eigenvalue / d {last}", **Family(model).derivative_units("1/s", last)},
         ),
         "condition": (dims, result["condition"], {"units": "1"}),
         "defective": (dims, result["defective"]),
@@ -321,6 +320,6 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
             "a": (dims, result["a"], {"units": "kg/s"}),
         }
     attributes = {"meetings": np.sort(result["meetings"])}
-    coords = {name: (name, values, parameter_units(model, name)) for name, values in axes.items()}
+    coords = {name: (name, values, Family(model).units(name)) for name, values in axes.items()}
     others = {"branch": np.arange(eigenvalue.shape[-1]), "contact": contacts}
     return xr.Dataset(variables, coords=coords | others, attrs=attributes)

@@ -15,8 +15,7 @@ from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checke
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import Real, real_number, whole_number
-from stickslip.scene.parameters.family import Model
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import SceneAt, between
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
@@ -181,7 +180,7 @@ def trace_branch(
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
     result = table("point", np.arange(values.size), cycles, {}).assign_coords(
-        {name: ("point", values, parameter_units(source, name))}
+        {name: ("point", values, Family(source).units(name))}
     )
     result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
     return Branch(result, tuple(cycles), tuple(folds), why)

@@ -11,7 +11,6 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import described
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import parameter_units
 from stickslip.scene.parameters.values import SceneAt, along
 from stickslip.show.summary import Summary
 
@@ -136,7 +135,7 @@ def follow_branch(
         orbits.append(orbit)
         before = (float(value), orbit)
     orbits += [None] * (values.size - len(orbits))
-    result = table(name, values, orbits, parameter_units(source, name))
+    result = table(name, values, orbits, Family(source).units(name))
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
     return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
 

@@ -6,12 +6,11 @@ A name is one of
 * one entry of a keyword that takes an array: ``vertical_stiffness_1``;
 * of ``models.chain``, a field of all its subsystems or links, or of one of them, such as
   ``link_vertical_stiffness_0``;
-* a field of the contact law, of all contacts (``friction``) or of one, by index or name: ``friction_0``,
-  ``friction_left``;
-* a number of a load in time of a scene, by the name of the load: ``shaker_frequency``, ``load_0_amplitude``,
-  ``pull_times_0``, ``pull_values_1``.
+* a number of the scene (`numbers`): a field of the contact law, of all contacts (``friction``) or of one, by
+  index or name (``friction_0``, ``friction_left``), a number of a load (``shaker_frequency``), a coefficient
+  of damping (``damping_stiffness``), or a factor on a matrix or the force (``stiffness``).
 
-What is no keyword of a function is a field of the contacts of the scene that it returns.
+What is no keyword of a function is a number of the scene that it returns.
 """
 
 from __future__ import annotations
@@ -29,19 +28,22 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, SPRINGS, Contact, core_contact, nearest
+from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.laws.of_contacts import (
-    OF_LAW,
+from stickslip.scene.models import Link, Subsystem
+from stickslip.scene.parameters.numbers import (
+    FACTORS,
+    Number,
+    changed_parts,
+    check_apart,
     check_laws_kept,
     concerns,
-    law_entry,
-    law_number,
-    law_numbers,
+    is_number_name,
+    number_of,
     per_contact,
+    scene_numbers,
+    unit_of_name,
 )
-from stickslip.scene.loads.of_scene import NUMBERS, SWITCHED, core_place, load_number, load_parameters
-from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
 #: A scene, or a function from named parameters to one.
@@ -51,6 +53,15 @@ Model = Scene | Callable[..., Scene]
 WHOLE = ("wall_stiffness", "damping")
 #: Fields of the contacts of a chain.
 CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force", *SPRINGS))
+#: Units of the functions of `stickslip.models`; stiffnesses show theirs at the end of their names.
+MODEL_UNITS = {
+    "upper_mass": "kg",
+    "contact_mass": "kg",
+    "inclination": "rad",
+    "preload_displacement": "m",
+    "external_force": "N",
+    "damping": "s",
+}
 
 
 class Slot(NamedTuple):
@@ -111,12 +122,16 @@ class Family:
         """Whether the model is one of `stickslip.models`."""
         return self.model in (models.two_subsystems, models.chain)
 
-    @property
-    def compiled(self) -> bool:
-        """Whether scenes are made in compiled code, which knows constant friction alone."""
-        if not (isinstance(self.model, Scene) or self.is_chain):
-            return False
-        return not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
+    def compiled(self, names: Iterable[str]) -> bool:
+        """Return whether scenes of these parameters are made in compiled code.
+
+        It knows constant friction alone, and no number of a scene beyond those of contacts and loads.
+        """
+        if isinstance(self.model, Scene):
+            known = all(number_of(self.model, name).owner != "scene" for name in names)
+        else:
+            known = self.is_chain and not any(self.slot(name).late for name in names)
+        return known and not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:
@@ -132,19 +147,19 @@ class Family:
             If it stands for nothing; the message offers the nearest names.
         """
         if isinstance(self.model, Scene):
-            loads = load_parameters(self.model.loads, self.model.contacts)
-            if name in loads:
-                return Slot(*core_place(self.model.loads, self.model.contacts, *loads[name]), 1)
-            entry, place = law_entry(self.model.contacts, name)
-            chosen = self.model.contacts if place is None else [self.model.contacts[place]]
-            if entry in SPRINGS and not any(concerns(entry, contact) for contact in chosen):
-                raise InputError(f"{name}: a rigid contact has no {entry} to vary; give it one")
-            return Slot(entry, place, len(self.model.contacts))
+            number = self._number(name)
+            return Slot(
+                number.field,
+                None if number.joint else (number.places or (0,))[0],
+                len(self.model.contacts) if number.joint else 1,
+            )
         if self.is_chain:
             if name in self._parts:
                 return self._parts[name]
-            if name not in self.keywords and name.startswith(OF_LAW):
-                law_entry(self.template.contacts, name)
+            if name == "damping_stiffness":
+                return Slot("damping", None, 1)
+            if name not in self.keywords and is_number_name(name):
+                number_of(self.template, name)
                 return Slot(name, None, 1, late=True)
             if name not in self.keywords:
                 raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._parts])}")
@@ -157,10 +172,41 @@ class Family:
             if int(label) < len(values):
                 return Slot(stem, int(label), len(values))
             raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
-        is_load = any(name.rstrip("_0123456789").endswith(f"_{number}") for number in (*NUMBERS, *SWITCHED))
-        if is_load or name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
+        if is_number_name(name):
             return Slot(name, None, 1, late=True)
         raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
+
+    def _number(self, name: str) -> Number:
+        """Return the number of the scene that a name stands for."""
+        number = number_of(self.model, name)
+        if number.field in SPRINGS and not any(
+            concerns(number.field, self.template.contacts[k]) for k in number.places
+        ):
+            raise InputError(f"{name}: a rigid contact has no {number.field} to vary; give it one")
+        return number
+
+    def units(self, name: str) -> dict[str, str]:
+        """Return ``{"units": ...}`` of a parameter, for labelled arrays.
+
+        Nothing where it cannot be known: what a function of your own means by its keywords, unless they are
+        those of a contact's law.
+        """
+        if isinstance(self.model, Scene):
+            unit = self._number(name).unit
+        else:
+            entry, _, _, late = self.slot(name)
+            if self.is_chain and not late:
+                unit = MODEL_UNITS.get(entry, "N/m" if entry.endswith("_stiffness") else unit_of_name(entry))
+            else:
+                unit = unit_of_name(entry) if late or entry in LAW else ""
+        return {"units": unit} if unit else {}
+
+    def derivative_units(self, of: str, name: str) -> dict[str, str]:
+        """Return ``{"units": ...}`` of the derivative of a quantity in units `of` to a parameter."""
+        unit = self.units(name).get("units")
+        if unit is None:
+            return {}
+        return {"units": of if unit == "1" else f"{of}/({unit})"}
 
     def _standing(self, keyword: str) -> Any:
         """Return the value that a keyword has if nothing is said; None if there is none."""
@@ -208,20 +254,22 @@ class Family:
         InputError
             Naming one of them, or both.
         """
+        values = names if isinstance(names, Mapping) else dict.fromkeys(names, 0.0)
+        if isinstance(self.model, Scene):
+            numbers = {self._number(name): value for name, value in values.items()}
+            check_apart(numbers, "parameters")
+            for number, value in numbers.items():
+                check_laws_kept(self.model.contacts, number, value)
+            return
         seen: dict[tuple[str, int], str] = {}
-        for name in names:
-            entry, place, count, _ = self.slot(name)
-            value = names[name] if isinstance(names, Mapping) else 0.0
-            check_laws_kept(self._own_contacts, entry, place, value)
+        for name, value in values.items():
+            entry, place, count, late = self.slot(name)
+            if self.is_chain and (late or entry in LAW):
+                check_laws_kept(self.template.contacts, number_of(self.template, name), value)
             for k in range(count) if place is None else [place]:
                 if (entry, k) in seen:
                     raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
                 seen[entry, k] = name
-
-    @cached_property
-    def _own_contacts(self) -> Sequence[Contact]:
-        """The contacts before any parameter is set; none of a function that makes them itself."""
-        return self.template.contacts if isinstance(self.model, Scene) or self.is_chain else ()
 
     def check_angles(self, names: Sequence[str], rows: Real) -> None:
         """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees.
@@ -245,7 +293,7 @@ class Family:
         """
         if isinstance(self.model, Scene):
             self.check(values)
-            return self.model.replace(**values) if values else self.model
+            return _changed(self.model, values)
         arguments, law = self._assigned(values)
         return _scene(self.model, arguments, law)
 
@@ -303,30 +351,21 @@ class Family:
         InputError
             If it has none, or several.
         """
-        entry, place, count, late = self.slot(name)
-        if isinstance(self.model, Scene):
-            entry, late = name, True
-        if late:
+        slot = self.slot(name)
+        if isinstance(self.model, Scene) or slot.late:
             scene = self.scene({})
-            loads = load_parameters(scene.loads, scene.contacts)
-            if name in loads:
-                return real_number(name, load_number(scene.loads, scene.contacts, name))
-            entry, place = law_entry(scene.contacts, entry)
-            check_laws_kept(scene.contacts, entry, place)
-            numbers = [law_number(contact, entry) for contact in scene.contacts]
-            if place is None:
-                numbers = [
-                    number for number, c in zip(numbers, scene.contacts, strict=True) if concerns(entry, c)
-                ]
+            number = number_of(scene, name)
+            check_laws_kept(scene.contacts, number)
+            value = number.get(scene)
         else:
-            numbers = per_contact(name, self._standing(entry), count)
-        wanted = set(numbers) if place is None else {numbers[place]}
-        (number,) = wanted if len(wanted) == 1 else (None,)
-        if number is None:
+            values = per_contact(name, self._standing(slot.entry), slot.places)
+            values = values if slot.place is None else [values[slot.place]]
+            value = values[0] if all(one == values[0] for one in values) else None
+        if value is None:
             raise InputError(
                 f"{name}: has no one value to start from; give it one, such as {{{name!r}: ...}}"
             )
-        return real_number(name, number)
+        return real_number(name, value)
 
     def numbers(self) -> dict[str, float | None]:
         """Return every parameter that stands for one number, with its value where nothing is said.
@@ -334,7 +373,7 @@ class Family:
         The value is None where it follows another, as static friction does unless it is told.
         """
         if isinstance(self.model, Scene):
-            return law_numbers(self.model.contacts, LAW)
+            return scene_numbers(self.model)
         if self.is_chain:
             singles = {
                 name: slot for name, slot in self._parts.items() if (slot.place is None) == (slot.places == 1)
@@ -348,7 +387,8 @@ class Family:
             elif np.ndim(value) == 1 and len(value) and all(map(_is_number, value)):
                 found |= {f"{keyword}_{k}": float(one) for k, one in enumerate(value)}
         if all(one.kind is not inspect.Parameter.VAR_KEYWORD for one in self.keywords.values()):
-            found |= law_numbers(self.scene({}).contacts, [name for name in LAW if name not in self.keywords])
+            others = scene_numbers(self.scene({}), [name for name in LAW if name not in self.keywords])
+            found |= {name: value for name, value in others.items() if name not in self.keywords}
         return found
 
     def _chain_number(self, entry: str, place: int | None) -> float | None:
@@ -368,10 +408,11 @@ class Family:
 
     def compile(self, names: Sequence[str]) -> _core.Family:
         """Return a scene or chain in compiled code: rows of numbers, in the order of `names`, to scenes."""
-        slots = [self.slot(name)[:2] for name in names]
         following = [contact.static_friction is None for contact in self.template.contacts]
         if isinstance(self.model, Scene):
-            return _core.Family.of_scene(self.model.core, slots, following)
+            places = [self._number(name).core_place(self.model) for name in names]
+            return _core.Family.of_scene(self.model.core, places, following)
+        slots = [self.slot(name)[:2] for name in names]
         chain, scene = self._chain, self.template
         return _core.Family.of_chain(
             models.chain_columns(chain["subsystems"], chain["links"]),
@@ -388,11 +429,17 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     scene = function(**arguments)
     if not isinstance(scene, Scene):
         raise InputError(f"model: expected a function that returns a Scene, got {described(scene)}")
-    loads = load_parameters(scene.loads, scene.contacts)
-    for name in law:
-        if name not in loads:
-            check_laws_kept(scene.contacts, *law_entry(scene.contacts, name), law[name])
-    return scene.replace(**law) if law else scene
+    for name, value in law.items():
+        check_laws_kept(scene.contacts, number_of(scene, name), value)
+    return _changed(scene, law)
+
+
+def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """Return a scene with other numbers; those that are factors become the arguments that they scale."""
+    factors = {number_of(scene, name): value for name, value in values.items() if name in FACTORS}
+    scaled = changed_parts(scene, factors, "parameters")
+    others = {name: value for name, value in values.items() if name not in FACTORS}
+    return scene.replace(**scaled, **others) if values else scene
 
 
 def _is_number(value: Any) -> bool:

@@ -56,7 +56,7 @@ class Layout:
 
     columns: tuple[Column, ...]
     sizes: dict[str, tuple[int, ...]]
-    coords: dict[str, tuple[str, Any]]
+    coords: dict[str, tuple[str, Any, dict[str, str]]]
     size: int
     identity: dict[str, Any]
     machine: dict[str, Any]
@@ -205,7 +205,7 @@ class ZarrStore(Store):
                     dimension_names=("sample", *column.dims),
                     attributes=column.attrs,
                 )
-            for name, (dim, values) in layout.coords.items():
+            for name, (dim, values, attributes) in layout.coords.items():
                 array = np.asarray(values)
                 words = array.dtype.kind in "UO"
                 made = group.create_array(
@@ -214,6 +214,7 @@ class ZarrStore(Store):
                     chunks=(max(1, min(len(array), DESIGN_CHUNK)),),
                     dtype="string" if words else array.dtype,
                     dimension_names=(dim,),
+                    attributes=attributes,
                 )
                 made[:] = array.astype(object) if words else array
             group.create_array(
@@ -261,7 +262,7 @@ class ZarrStore(Store):
 
     def _compare_design(self, group: Any) -> None:
         """Refuse other values of the parameters: another version of a package may draw other numbers."""
-        for name, (dim, ours) in self.layout.coords.items():
+        for name, (dim, ours, _) in self.layout.coords.items():
             if dim != "sample":
                 continue
             theirs = group[name][:]
