@@ -794,7 +794,7 @@ def test_correlated_parameters() -> None:
         ({"outputs": ["hopf_point"]}, "hopf: expected the friction"),
         (
             {"outputs": ["hopf_point"], "hopf": {"damping": (0.0, 1.0)}},
-            "hopf: expected the friction of contacts",
+            "hopf: expected the friction",
         ),
         ({"samples": 0}, "samples: expected an integer >= 1, got 0"),
         ({"samples": 2.5}, "samples: expected an integer >= 1, got 2.5"),

@@ -50,13 +50,13 @@ def stability(
     Returns
     -------
     xarray.Dataset
-        Over ``sample``, with the parameters as coordinates: ``eigenvalue``, the one with the largest real part
-        and nonnegative imaginary part, 1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the
-        number of modes that grow, where a conjugate pair counts as one; ``steady_sliding``, whether steady
-        sliding of the combination exists (`sweep`): if it does not, the other values say nothing about it;
-        ``normal_force`` of the closed contacts in equilibrium, N, also over ``contact``. With `band`
-        eigenvalues are nan where no mode is inside, and the attributes are ``missing`` and ``doubts`` of both
-        ends (`sweep`).
+        Over ``sample``, with the parameters as coordinates: ``eigenvalue``, the one with the largest real
+        part and nonnegative imaginary part, 1/s; ``growth_rate``, its real part; ``frequency``,
+        ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the number of modes that grow, where a conjugate pair
+        counts as one; ``steady_sliding``, whether steady sliding of the combination exists (`sweep`): if it
+        does not, the other values say nothing about it; ``normal_force`` of the closed contacts in
+        equilibrium, N, also over ``contact``. With `band` eigenvalues are nan where no mode is inside, and
+        the attributes are ``missing`` and ``doubts`` of both ends (`sweep`).
 
     Raises
     ------
