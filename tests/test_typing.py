@@ -116,7 +116,6 @@ assert_type(case, ss.Case)
 assert_type(case.simulate(), ss.Trajectory)
 assert_type(case.to_study(), ss.Study)
 assert_type(ss.load("run.nc"), xr.Dataset)
-assert_type(ss.reference.figures.figure_3(), Figure)
 assert_type(ss.load("scene.toml").scene, ss.Scene)
 """
 

@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, fe, modes, plot, reference, study, types
+from . import errors, fe, modes, plot, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
@@ -77,7 +77,6 @@ __all__ = [
     "models",
     "modes",
     "plot",
-    "reference",
     "save",
     "sensitivity",
     "simulate",

@@ -214,7 +214,8 @@ def test_several_modes_are_modes_again():
     assert isinstance(first, ss.Modes)
     np.testing.assert_array_equal(first.eigenvalues, modes.eigenvalues[:4])
     np.testing.assert_array_equal(first.left, modes.left[:, :4])
-    assert growing.unstable.all() and len(growing) == modes.unstable.sum() > 0
+    assert growing.unstable.all()
+    assert len(growing) == modes.unstable.sum() > 0
     assert [mode.eigenvalue for mode in picked] == [modes[4].eigenvalue, modes[0].eigenvalue]
     assert picked[1].number == 1
     assert picked.to_dataset().sizes["mode"] == 2

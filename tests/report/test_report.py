@@ -13,11 +13,11 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from paper.comparison import rows
+from paper.section import known
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.reference import known
-from stickslip.reference.comparison import rows
 from stickslip.report import findings, page
 from stickslip.scene.known import Known
 

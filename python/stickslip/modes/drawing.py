@@ -44,7 +44,7 @@ def schematic(
     displacement
         Displacement of the dofs, (n,), in any unit: the largest is drawn 0.3 long. None: the scene at rest.
     columns
-        Places of the masses, if they are known, such as ``ss.reference.known(scene).columns``.
+        Places of the masses; empty: as the scene itself says, or each contact in its own directions.
     ax
         Where to draw; None: on axes of its own.
 

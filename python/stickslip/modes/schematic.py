@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.scene.checks import Complex, Real
-from stickslip.scene.known import Column
+from stickslip.scene.known import Column, known_of
 from stickslip.scene.scene import Scene
 from stickslip.show.mesh import Mesh
 
@@ -90,8 +90,9 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
     scene
         The scene.
     columns
-        The masses of a scene whose places are known, see `Known`; if none are given, the matrices decide.
+        The masses, see `Known`; if none are given, the model of the scene or its matrices decide.
     """
+    columns = columns or known_of(scene).columns
     bodies = _known(columns) if columns else _found(scene)
     owner = np.full(scene.size, -1)
     for place, body in reversed(list(enumerate(bodies))):

@@ -79,7 +79,7 @@ def write_report(
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
         values over which eigenvalues are followed; None: friction.
     known
-        Facts about the scene beyond its numbers, such as `stickslip.reference.known(scene)`.
+        Facts about the scene beyond its numbers: a start, places of its masses, a section of your own.
     origin
         Entries by which the page says where it comes from: names and texts, such as a date and a command.
     source

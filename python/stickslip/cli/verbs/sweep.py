@@ -19,7 +19,7 @@ from stickslip.cli.options import (
     scene_argument,
     table,
 )
-from stickslip.files.case import parameter_values
+from stickslip.files.scene_file import parameter_values
 from stickslip.show.summary import Table
 
 if TYPE_CHECKING:

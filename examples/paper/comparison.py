@@ -8,10 +8,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any, Literal
 
-from stickslip.cycles.cycle import Cycle
-from stickslip.locus.critical import critical_points
-from stickslip.modes.complex_modes import complex_modes
-from stickslip.reference.numbers import (
+from paper.numbers import (
     TABLE_1_FREQUENCIES,
     Misprint,
     agrees,
@@ -19,6 +16,9 @@ from stickslip.reference.numbers import (
     misprint,
     published,
 )
+from stickslip.cycles.cycle import Cycle
+from stickslip.locus.critical import critical_points
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Real
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene

@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from paper.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip import plot
 from stickslip.cycles.cycle import Cycle
 from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
@@ -27,7 +28,6 @@ from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import orbit
 from stickslip.motion.motion import Motion
-from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip.scene.models import two_subsystems
 from stickslip.show.style import STABLE, UNSTABLE
 
