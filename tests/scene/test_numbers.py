@@ -4,8 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip as ss
+from stickslip.cli import main
 from stickslip.explorer.knobs import knobs
 from stickslip.scene.parameters.family import Family
 
@@ -189,3 +191,16 @@ def test_every_number_has_a_slider_in_its_unit():
     # Coefficients stand for the factor on damping that is in proportion.
     assert "damping" not in known
     assert "damping" in knobs(Family(other(damping=np.eye(2))))
+
+
+def test_the_command_line_takes_factors_and_coefficients(tmp_path):
+    ss.save(SCENE, tmp_path / "scene.toml")
+    words = [str(tmp_path / "scene.toml"), "--set", "stiffness=1.25", "--set", "damping_mass=0.5"]
+    changed = other(stiffness=1.25 * STIFFNESS, damping=ss.Rayleigh(0.5, 1e-3))
+    shown = CliRunner().invoke(main, ["modes", *words, "-o", str(tmp_path / "modes.nc")])
+    assert shown.exit_code == 0, shown.output
+    found = ss.load(tmp_path / "modes.nc").eigenvalue.to_numpy()
+    assert found == pytest.approx(ss.complex_modes(changed).eigenvalues, rel=1e-12)
+    swept = CliRunner().invoke(main, ["sweep", words[0], "--over", "damping_stiffness=0:1e-3:5"])
+    assert swept.exit_code == 0, swept.output
+    assert "damping_stiffness, s" in swept.output
