@@ -203,4 +203,4 @@ def test_the_command_line_takes_factors_and_coefficients(tmp_path):
     assert found == pytest.approx(ss.complex_modes(changed).eigenvalues, rel=1e-12)
     swept = CliRunner().invoke(main, ["sweep", words[0], "--over", "damping_stiffness=0:1e-3:5"])
     assert swept.exit_code == 0, swept.output
-    assert "damping_stiffness, s" in swept.output
+    assert "over damping_stiffness: 5 stable" in swept.output

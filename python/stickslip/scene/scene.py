@@ -34,6 +34,7 @@ from stickslip.scene.contact import (
     contact_labels,
     core_contact,
     described_direction,
+    law_number,
     nearest,
 )
 from stickslip.scene.laws.damping import (
@@ -46,7 +47,7 @@ from stickslip.scene.laws.damping import (
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads
-from stickslip.scene.parameters.numbers import Number, changed_parts, found_number, law_number
+from stickslip.scene.parameters.numbers import Number, changed_parts, found_number
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 

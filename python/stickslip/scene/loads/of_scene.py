@@ -30,13 +30,7 @@ def load_names(loads: Sequence[Load]) -> list[str]:
 
 
 def checked_loads(loads: Any, contacts: Sequence[Contact]) -> tuple[Load, ...]:
-    """Return the loads of a scene.
-
-    Raises
-    ------
-    InputError
-        If they are no sequence of loads, or a name stands for two of them.
-    """
+    """Return the loads of a scene."""
     if isinstance(loads, Harmonic | Switched):
         raise InputError(f"loads: expected a sequence of loads, got a single {type(loads).__name__}")
     if not np.iterable(loads) or isinstance(loads, str | Mapping):
@@ -56,13 +50,7 @@ def checked_loads(loads: Any, contacts: Sequence[Contact]) -> tuple[Load, ...]:
 
 
 def core_loads(loads: Sequence[Load], contacts: Sequence[Contact], dofs: Sequence[str]) -> _LoadData:
-    """Return loads as the core takes them: harmonic ones, switched ones, and vibrations of sliders.
-
-    Raises
-    ------
-    InputError
-        If one is ill-posed.
-    """
+    """Return loads as the core takes them: harmonic ones, switched ones, and vibrations of sliders."""
     harmonics, steps = [], []
     for name, load in zip(load_names(loads), loads, strict=True):
         entries = entries_of(f"{name}: amplitude", load.amplitude, dofs)

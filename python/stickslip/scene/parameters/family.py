@@ -33,11 +33,9 @@ from stickslip.scene.laws.friction import Law
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.parameters.numbers import (
     FACTORS,
-    Number,
     changed_parts,
-    check_apart,
-    check_laws_kept,
-    concerns,
+    checked_numbers,
+    common,
     is_number_name,
     number_of,
     per_contact,
@@ -139,20 +137,11 @@ class Family:
         return inspect.signature(self.model).parameters if callable(self.model) else {}
 
     def slot(self, name: str) -> Slot:
-        """Return what a name stands for.
-
-        Raises
-        ------
-        InputError
-            If it stands for nothing; the message offers the nearest names.
-        """
+        """Return what a name stands for."""
         if isinstance(self.model, Scene):
-            number = self._number(name)
-            return Slot(
-                number.field,
-                None if number.joint else (number.places or (0,))[0],
-                len(self.model.contacts) if number.joint else 1,
-            )
+            number = number_of(self.model, name)
+            place = None if number.joint else next(iter(number.places), 0)
+            return Slot(number.field, place, len(self.model.contacts) if number.joint else 1)
         if self.is_chain:
             if name in self._parts:
                 return self._parts[name]
@@ -176,15 +165,6 @@ class Family:
             return Slot(name, None, 1, late=True)
         raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
 
-    def _number(self, name: str) -> Number:
-        """Return the number of the scene that a name stands for."""
-        number = number_of(self.model, name)
-        if number.field in SPRINGS and not any(
-            concerns(number.field, self.template.contacts[k]) for k in number.places
-        ):
-            raise InputError(f"{name}: a rigid contact has no {number.field} to vary; give it one")
-        return number
-
     def units(self, name: str) -> dict[str, str]:
         """Return ``{"units": ...}`` of a parameter, for labelled arrays.
 
@@ -192,7 +172,7 @@ class Family:
         those of a contact's law.
         """
         if isinstance(self.model, Scene):
-            unit = self._number(name).unit
+            unit = number_of(self.model, name).unit
         else:
             entry, _, _, late = self.slot(name)
             if self.is_chain and not late:
@@ -247,64 +227,35 @@ class Family:
         return {"wall_stiffness": 0.0, **self.arguments}
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse names that stand for nothing, for the same number, or for friction that a law gives.
-
-        Raises
-        ------
-        InputError
-            Naming one of them, or both.
-        """
+        """Refuse names that stand for nothing, for the same number, or for friction that a law gives."""
         values = names if isinstance(names, Mapping) else dict.fromkeys(names, 0.0)
         if isinstance(self.model, Scene):
-            numbers = {self._number(name): value for name, value in values.items()}
-            check_apart(numbers, "parameters")
-            for number, value in numbers.items():
-                check_laws_kept(self.model.contacts, number, value)
+            checked_numbers(self.model, values)
             return
         seen: dict[tuple[str, int], str] = {}
         for name, value in values.items():
             entry, place, count, late = self.slot(name)
             if self.is_chain and (late or entry in LAW):
-                check_laws_kept(self.template.contacts, number_of(self.template, name), value)
+                checked_numbers(self.template, {name: value})
             for k in range(count) if place is None else [place]:
                 if (entry, k) in seen:
                     raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
                 seen[entry, k] = name
 
     def check_angles(self, names: Sequence[str], rows: Real) -> None:
-        """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees.
-
-        Raises
-        ------
-        InputError
-            Naming the parameter and the largest angle.
-        """
+        """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees."""
         for place, name in enumerate(names):
             if self.is_chain and rows.size and self.slot(name).entry == "inclination":
                 models.radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
 
     def scene(self, values: Mapping[str, Any]) -> Scene:
-        """Return the scene for some parameter values; those not given stay as they are.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown, or the scene ill-posed; a function may raise anything.
-        """
+        """Return the scene for some parameter values; those not given stay as they are."""
         if isinstance(self.model, Scene):
-            self.check(values)
             return _changed(self.model, values)
-        arguments, law = self._assigned(values)
-        return _scene(self.model, arguments, law)
+        return _scene(self.model, *self._assigned(values))
 
     def replaced(self, values: Mapping[str, Any]) -> Model:
-        """Return the model with other values where nothing is said.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown, or two of them set the same number.
-        """
+        """Return the model with other values where nothing is said."""
         self.check(values)
         if isinstance(self.model, Scene):
             return self.scene(values)
@@ -344,28 +295,33 @@ class Family:
         return arguments, law
 
     def value(self, name: str) -> float:
-        """Return the number that a parameter has where nothing is said.
-
-        Raises
-        ------
-        InputError
-            If it has none, or several.
-        """
+        """Return the number that a parameter has where nothing is said."""
         slot = self.slot(name)
         if isinstance(self.model, Scene) or slot.late:
             scene = self.scene({})
-            number = number_of(scene, name)
-            check_laws_kept(scene.contacts, number)
+            ((number, _),) = checked_numbers(scene, {name: 0.0}).items()
             value = number.get(scene)
         else:
-            values = per_contact(name, self._standing(slot.entry), slot.places)
-            values = values if slot.place is None else [values[slot.place]]
-            value = values[0] if all(one == values[0] for one in values) else None
+            value = common(self._values(slot))
         if value is None:
             raise InputError(
                 f"{name}: has no one value to start from; give it one, such as {{{name!r}: ...}}"
             )
         return real_number(name, value)
+
+    def _values(self, slot: Slot) -> list[Any]:
+        """Return the numbers that a slot of a function stands for, as they stand."""
+        entry = slot.entry
+        if self.is_chain and entry in CHAIN_LAW:
+            values = [getattr(contact, entry) for contact in self.template.contacts]
+        elif self.is_chain and entry in WHOLE:
+            values = [self._chain.get(entry, 1e-4)]
+        elif self.is_chain:
+            parts = self._chain["links" if entry.startswith("link_") else "subsystems"]
+            values = [getattr(part, entry.removeprefix("link_")) for part in parts]
+        else:
+            values = per_contact(entry, self._standing(entry), slot.places)
+        return values if slot.place is None else [values[slot.place]]
 
     def numbers(self) -> dict[str, float | None]:
         """Return every parameter that stands for one number, with its value where nothing is said.
@@ -375,10 +331,11 @@ class Family:
         if isinstance(self.model, Scene):
             return scene_numbers(self.model)
         if self.is_chain:
-            singles = {
-                name: slot for name, slot in self._parts.items() if (slot.place is None) == (slot.places == 1)
+            slots = {
+                name: one for name, one in self._parts.items() if (one.place is None) == (one.places == 1)
             }
-            return {name: self._chain_number(*slot[:2]) for name, slot in singles.items()}
+            values = {name: self._values(slot)[0] for name, slot in slots.items()}
+            return {name: float(one) if _is_number(one) else None for name, one in values.items()}
         found: dict[str, float | None] = {}
         for keyword in self.keywords:
             value = self._standing(keyword)
@@ -391,16 +348,6 @@ class Family:
             found |= {name: value for name, value in others.items() if name not in self.keywords}
         return found
 
-    def _chain_number(self, entry: str, place: int | None) -> float | None:
-        chain, at = self._chain, place or 0
-        if entry in WHOLE:
-            return float(chain.get(entry, 1e-4))
-        if entry in CHAIN_LAW:
-            value = getattr(self.template.contacts[at], entry)
-            return None if value is None or isinstance(value, Law) else float(value)
-        part = chain["links"] if entry.startswith("link_") else chain["subsystems"]
-        return float(getattr(part[at], entry.removeprefix("link_")))
-
     @cached_property
     def template(self) -> Scene:
         """The scene of a compiled model before any parameter is set."""
@@ -410,7 +357,7 @@ class Family:
         """Return a scene or chain in compiled code: rows of numbers, in the order of `names`, to scenes."""
         following = [contact.static_friction is None for contact in self.template.contacts]
         if isinstance(self.model, Scene):
-            places = [self._number(name).core_place(self.model) for name in names]
+            places = [number_of(self.model, name).core_place(self.model) for name in names]
             return _core.Family.of_scene(self.model.core, places, following)
         slots = [self.slot(name)[:2] for name in names]
         chain, scene = self._chain, self.template
@@ -429,16 +376,15 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     scene = function(**arguments)
     if not isinstance(scene, Scene):
         raise InputError(f"model: expected a function that returns a Scene, got {described(scene)}")
-    for name, value in law.items():
-        check_laws_kept(scene.contacts, number_of(scene, name), value)
     return _changed(scene, law)
 
 
 def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
     """Return a scene with other numbers; those that are factors become the arguments that they scale."""
-    factors = {number_of(scene, name): value for name, value in values.items() if name in FACTORS}
+    numbers = checked_numbers(scene, values)
+    factors = {number: value for number, value in numbers.items() if number.field in FACTORS}
     scaled = changed_parts(scene, factors, "parameters")
-    others = {name: value for name, value in values.items() if name not in FACTORS}
+    others = {number.name: value for number, value in numbers.items() if number not in factors}
     return scene.replace(**scaled, **others) if values else scene
 
 

@@ -11,14 +11,22 @@ from typing import Any, Literal
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.contact import LAW, SPRINGS, Contact, contact_labels, nearest
+from stickslip.scene.contact import (
+    LAW,
+    OF_LAW,
+    SPRINGS,
+    Contact,
+    concerns,
+    contact_labels,
+    law_number,
+    nearest,
+    with_law_number,
+)
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Harmonic, Switched
 from stickslip.scene.loads.of_scene import load_names, vibration_name
 
-#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
-OF_LAW = "friction_"
 #: What a scene is made of that has no name for each of its numbers: a parameter is a factor on what it has.
 FACTORS = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
 #: Coefficients of `Rayleigh` damping.
@@ -97,9 +105,8 @@ class Number:
                 return 1.0
             return getattr(scene.damping or Rayleigh(), COEFFICIENTS[self.field])
         if self.owner == "contact":
-            values = [law_number(scene.contacts[k], self.field) for k in self.places]
-            return values[0] if values and all(one == values[0] for one in values) else None
-        return _of_wave(self.name, self._wave(scene), self.field)
+            return common([law_number(scene.contacts[k], self.field) for k in self.places])
+        return _of_wave(self.name, self.wave(scene), self.field)
 
     def put(self, scene: SimpleNamespace, value: Any) -> None:
         """Set it in the parts of a scene."""
@@ -110,12 +117,12 @@ class Number:
                 raise InputError(f"replace: no contact of the scene takes {self.name!r}")
             for k in places:
                 one = given[k if self.joint else 0]
-                scene.contacts[k] = _with_law_number(scene.contacts[k], self.field, one)
+                scene.contacts[k] = with_law_number(scene.contacts[k], self.field, one)
         elif self.owner == "load":
             load = scene.loads[self.places[0]]
             scene.loads[self.places[0]] = _with_wave(self.name, load, self.field, value)
         elif self.owner == "slider":
-            wave = _with_wave(self.name, self._wave(scene), self.field, value)
+            wave = _with_wave(self.name, self.wave(scene), self.field, value)
             contact = scene.contacts[self.places[0]]
             scene.contacts[self.places[0]] = dataclasses.replace(contact, slider_vibration=wave)
         elif self.field in COEFFICIENTS:
@@ -124,7 +131,8 @@ class Number:
         else:
             setattr(scene, self.field, _scaled(getattr(scene, self.field), value))
 
-    def _wave(self, scene: Any) -> Any:
+    def wave(self, scene: Any) -> Any:
+        """Return the load or vibration whose number it is."""
         place = self.places[0]
         return scene.loads[place] if self.owner == "load" else scene.contacts[place].slider_vibration
 
@@ -146,44 +154,54 @@ class Number:
 
 
 def number_of(scene: Any, name: str) -> Number:
-    """Return the number of a scene, or of the parts of one, that a name stands for.
-
-    Raises
-    ------
-    InputError
-        If it stands for none; the message offers the nearest names.
-    """
+    """Return the number of a scene, or of the parts of one, that a name stands for."""
     found = found_number(scene, name)
     if found is None:
         raise InputError(
             f"{name}: a scene has no such parameter{nearest(name, known_names(scene))}; for others pass a"
             " function from parameters to a Scene"
         )
+    if found.field in SPRINGS and not any(concerns(found.field, scene.contacts[k]) for k in found.places):
+        raise InputError(f"{name}: a rigid contact has no {found.field} to vary; give it one")
     return found
 
 
-def found_number(scene: Any, name: str) -> Number | None:
-    """Return the number that a name stands for; None if there is none.
+def checked_numbers(scene: Any, values: Mapping[str, Any]) -> dict[Number, Any]:
+    """Return the values by what they set, none of the same number and none in place of a law."""
+    numbers = {number_of(scene, name): value for name, value in values.items()}
+    _check_apart(numbers, "parameters")
+    for number, value in numbers.items():
+        _check_laws_kept(scene.contacts, number, value)
+    return numbers
 
-    Raises
-    ------
-    InputError
-        If it is a coefficient of damping that is a matrix, or a factor on what the scene does not have.
-    """
+
+def common(values: Sequence[Any]) -> Any:
+    """Return the value that all have, None where they differ."""
+    return values[0] if values and all(one == values[0] for one in values) else None
+
+
+def found_number(scene: Any, name: str) -> Number | None:
+    """Return the number that a name stands for; None if there is none."""
     if (wave := load_numbers(scene).get(name)) is not None:
         return wave
-    if name in COEFFICIENTS:
-        if not isinstance(scene.damping, Rayleigh | None):
-            raise InputError(
-                f"{name}: the damping of the scene is a matrix, which has no coefficients; vary 'damping', a "
-                "factor on it, or make the scene with damping=Rayleigh(...)"
-            )
+    if name not in (*COEFFICIENTS, *FACTORS):
+        return _of_contacts(scene.contacts, name)
+    if name in _own_names(scene):
         return Number(name, "scene", name)
     if name in FACTORS:
-        if getattr(scene, name) is None or (name == "force" and not np.any(scene.force)):
-            raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}")
-        return Number(name, "scene", name)
-    return _of_contacts(scene.contacts, name)
+        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}")
+    raise InputError(
+        f"{name}: the damping of the scene is a matrix, which has no coefficients; vary 'damping', a factor "
+        "on it, or make the scene with damping=Rayleigh(...)"
+    )
+
+
+def _own_names(scene: Any) -> list[str]:
+    """Return the names of the numbers that belong to the scene as a whole."""
+    factors = [name for name in FACTORS if getattr(scene, name) is not None]
+    if not np.any(scene.force):
+        factors.remove("force")
+    return [*(COEFFICIENTS if isinstance(scene.damping, Rayleigh | None) else ()), *factors]
 
 
 def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
@@ -245,18 +263,10 @@ def scene_numbers(scene: Any, laws: Iterable[str] = LAW) -> dict[str, float | No
             for one in names:
                 found[f"{one}_{k}" if several else one] = law_number(contact, one)
     for name, number in load_numbers(scene).items():
-        if number.field != "amplitude" or len(_entries(number._wave(scene).amplitude)) == 1:
+        if number.field != "amplitude" or len(_entries(number.wave(scene).amplitude)) == 1:
             found[name] = number.get(scene)
-    for name in (*COEFFICIENTS, *FACTORS):
-        if name in COEFFICIENTS and not isinstance(scene.damping, Rayleigh | None):
-            continue
-        if name == "damping" and isinstance(scene.damping, Rayleigh | None):
-            continue
-        if name in COEFFICIENTS or (
-            getattr(scene, name) is not None and (name != "force" or np.any(scene.force))
-        ):
-            found[name] = Number(name, "scene", name).get(scene)
-    return found
+    own = [name for name in _own_names(scene) if name != "damping" or not isinstance(scene.damping, Rayleigh)]
+    return found | {name: Number(name, "scene", name).get(scene) for name in own}
 
 
 def is_number_name(name: str) -> bool:
@@ -278,32 +288,19 @@ def unit_of_name(name: str) -> str:
 
 
 def changed_parts(scene: Any, numbers: Mapping[Number, Any], call: str) -> dict[str, Any]:
-    """Return the arguments of a scene that change where some of its numbers do.
-
-    Raises
-    ------
-    InputError
-        If two of them set the same number, or the number of values is not the number of contacts.
-    """
-    parts = SimpleNamespace(**{name: getattr(scene, name) for name in (*FACTORS, "contacts", "loads")})
-    parts.contacts, parts.loads = list(parts.contacts), list(parts.loads)
-    check_apart(numbers, call)
+    """Return the arguments of a scene that change where some of its numbers do."""
+    _check_apart(numbers, call)
+    parts = SimpleNamespace(**{name: getattr(scene, name) for name in FACTORS})
+    parts.contacts, parts.loads = list(scene.contacts), list(scene.loads)
     for number, value in numbers.items():
         number.put(parts, value)
     owners = {"contact": "contacts", "slider": "contacts", "load": "loads"}
     names = {owners.get(one.owner, "damping" if one.field in COEFFICIENTS else one.field) for one in numbers}
-    changed = {name: getattr(parts, name) for name in names}
-    return {name: tuple(one) if isinstance(one, list) else one for name, one in changed.items()}
+    return {name: getattr(parts, name) for name in names}
 
 
-def check_apart(numbers: Iterable[Number], call: str) -> None:
-    """Refuse two names of the same number.
-
-    Raises
-    ------
-    InputError
-        Naming both.
-    """
+def _check_apart(numbers: Iterable[Number], call: str) -> None:
+    """Refuse two names of the same number."""
     setting: dict[tuple[str, str, int], str] = {}
     for number in numbers:
         for key in number.keys:
@@ -312,44 +309,8 @@ def check_apart(numbers: Iterable[Number], call: str) -> None:
             setting[key] = number.name
 
 
-def concerns(field: str, contact: Contact) -> bool:
-    """Return whether a field of the law is about a contact: it has the directions that the field needs."""
-    if field == "normal_force":
-        return contact.normal is None
-    if field in SPRINGS:
-        return getattr(contact, field) is not None
-    if field.startswith(OF_LAW):
-        return (
-            isinstance(contact.friction, Law) and field.removeprefix(OF_LAW) in contact.friction.parameters()
-        )
-    direction = contact.normal if field in ("restitution", "gap") else contact.tangential
-    return direction is not None
-
-
-def law_number(contact: Contact, field: str) -> Any:
-    """Return a field of the contact law, or a parameter of its law of friction."""
-    if field in LAW or not field.startswith(OF_LAW):
-        return getattr(contact, field)
-    return getattr(contact.friction, field.removeprefix(OF_LAW), None)
-
-
-def _with_law_number(contact: Contact, field: str, value: Any) -> Contact:
-    if field in LAW:
-        return dataclasses.replace(contact, **{field: value})
-    if not isinstance(contact.friction, Law) or not concerns(field, contact):
-        return contact
-    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})
-    return dataclasses.replace(contact, friction=law)
-
-
-def check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.0) -> None:
-    """Refuse a number as friction of a contact whose friction is a law over slip speed.
-
-    Raises
-    ------
-    InputError
-        Naming the contact and the numbers of its law.
-    """
+def _check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.0) -> None:
+    """Refuse a number as friction of a contact whose friction is a law over slip speed."""
     if (number.owner, number.field) != ("contact", "friction") or isinstance(value, Law | Mapping):
         return
     for k in number.places:
@@ -365,13 +326,7 @@ def check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.
 
 
 def per_contact(argument: str, value: Any, count: int) -> list[Any]:
-    """Return a scalar, or a sequence of one value per contact, as a list of one value per contact.
-
-    Raises
-    ------
-    InputError
-        If the number of values is not `count`.
-    """
+    """Return a scalar, or a sequence of one value per contact, as a list of one value per contact."""
     if isinstance(value, str):
         raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
     if isinstance(value, Mapping):  # the table of a law
@@ -408,13 +363,7 @@ def _entries(amplitude: Any) -> list[Any]:
 
 
 def _single_entry(name: str, amplitude: Any) -> Any:
-    """Return the key of the one entry that an amplitude has.
-
-    Raises
-    ------
-    InputError
-        If there are several, so that no one number is the amplitude.
-    """
+    """Return the key of the one entry that an amplitude has."""
     keys = _entries(amplitude)
     if len(keys) != 1:
         raise InputError(f"{name}: the load acts on {len(keys)} dofs, and has no one amplitude")
