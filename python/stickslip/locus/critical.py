@@ -42,8 +42,8 @@ def critical_points(
     parameters
         Values by name as for `sweep`, one of them a range ``(lower, upper)``.
     kinds
-        Kinds of `CriticalPoint` to return. With ``("hopf",)`` alone only the modes that may reach
-        the imaginary axis are followed, which are few of a fine mesh.
+        Which to return of ``hopf``, ``divergence``, ``lock_in``, ``crossing`` and ``separation``. With
+        ``("hopf",)`` alone only the modes that may reach the imaginary axis are followed, few of a fine mesh.
     proximity
         How far off the real axis exceptional points are reported: the largest imaginary part of the
         parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the

@@ -49,10 +49,13 @@ def sweep(
     model
         A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
     parameters
-        Values by name, one or two of them an array (k,) of distinct values, the rest a number.
-        Names: a field of the contacts (``friction``), or of one contact (``friction_0``, or
-        ``friction_left`` if it has a name); of a function also any keyword that takes a number, and an entry
-        of one that takes an array (``vertical_stiffness_1``).
+        Values by name, one or two of them an array (k,) of distinct values, the rest a number. Names: a field
+        of the contacts (``friction``, ``slider_speed``, ``gap``, ...), or of one contact (``friction_0``, or
+        ``friction_left`` if it has a name); a number of a law of friction (``friction_kinetic``) or of a load
+        (``shaker_amplitude``, ``load_0_frequency``); ``damping_mass`` (1/s) and ``damping_stiffness`` (s) of
+        `Rayleigh` damping; ``mass``, ``stiffness``, ``damping``, ``gyroscopic``, ``circulatory`` and
+        ``force``, each a factor on what the scene has. Of a function first its keywords that take a number,
+        and entries of those that take an array (``vertical_stiffness_1``).
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
         the sign of its contact.
