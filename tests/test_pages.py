@@ -85,7 +85,10 @@ def test_every_picture_of_a_page_is_shown():
 
 def test_pages_name_only_what_exists():
     for page in SHORT.values():
-        for name in re.findall(r"`ss\.([A-Za-z_][\w.]*)", page.read_text(encoding="utf-8")):
+        text = page.read_text(encoding="utf-8")
+        # What was called otherwise stands in the first column.
+        text = re.sub(r"^\| .*? \| ", "", text, flags=re.MULTILINE) if page.name == "renamed.md" else text
+        for name in re.findall(r"`ss\.([A-Za-z_][\w.]*)", text):
             operator.attrgetter(name)(ss)
 
 

@@ -15,8 +15,7 @@ from stickslip.cycles.branches.branch import Branch, BranchPoint, Kind, Placed, 
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import real_array, real_number, whole_number
-from stickslip.scene.parameters.family import Model
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import SceneAt, between
 
 #: Kinds of points at which the sequence of events changes.
@@ -101,7 +100,7 @@ def continuation(
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
     result = table("point", np.arange(values.size), cycles, {}).assign_coords(
-        {name: ("point", values, parameter_units(source, name))}
+        {name: ("point", values, Family(source).units(name))}
     )
     result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
     return Branch(result, tuple(cycles), tuple(_points(name, traced, end, scene_at)), traced.end)
