@@ -64,7 +64,7 @@ axes[0].set(xlabel="friction", ylabel="frequency, kHz", title="Modes of steady s
 axes[0].legend(loc="center right")
 cycle.plot(contact=2, ax=axes[1])
 axes[1].set_title("Contact 2 over one period")
-pairs.plot(power, axes[2], label="power of every contact, W")
+pairs.plot(power, ax=axes[2], label="power of every contact, W")
 figure.savefig("calculix-block.png", dpi=110)
 
 # %% [markdown]

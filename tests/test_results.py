@@ -89,7 +89,7 @@ NAMES = [
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NoSteadyStateError", "NotPeriodicError",
     "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "RunInterrupted", "Scene",
     "SearchInterrupted", "State",
-    "StatusTable", "Switched", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
+    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Switched",
     "Trajectory",
 ]  # fmt: skip
 
@@ -347,7 +347,7 @@ def test_a_mode_has_the_number_that_is_shown():
         if kind
     )
     assert int(shown.split()[0]) == int(row[0]) == mode.number
-    assert ss.plot.shapes(modes, [mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
+    assert modes.plot.shapes([mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
 
 
 #: What analyses return.

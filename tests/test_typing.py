@@ -62,7 +62,9 @@ assert_type(cycle.multipliers, NDArray[np.complex128])
 assert_type([phase.duration for phase in cycle.phases], list[float])
 for outcome in ss.simulate_many((model(mu) for mu in (0.1, 0.2)), duration=1.0, velocity={"x1": 1e-3}):
     assert_type(outcome.run, ss.Trajectory | None)
-assert_type(ss.plot.history(run), Figure)
+assert_type(run.plot.history(), Figure)
+assert_type(run.plot.phase(contact=0), Axes)
+assert_type(modes.plot.shapes(), Figure)
 # every other result
 points = ss.hopf_points(model, over={"friction": (0.0, 1.0)})
 assert_type(points, list[ss.types.CriticalPoint])

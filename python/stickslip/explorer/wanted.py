@@ -14,7 +14,7 @@ from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
-from stickslip.modes.schematic import Schematic, meshed, schematic
+from stickslip.scene.drawing.schematic import Schematic, meshed, schematic
 from stickslip.scene.family import Family
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene

@@ -10,7 +10,8 @@ from markupsafe import Markup
 
 from stickslip.faults import InputError
 from stickslip.reference.numbers import published
-from stickslip.scene.known import Column, Known
+from stickslip.scene.drawing.schematic import Column
+from stickslip.scene.known import Known
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import steady_sliding

@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex
-from stickslip.scene.known import Column
+from stickslip.scene.drawing.schematic import Column
 from stickslip.scene.scene import Scene
 
 #: Dofs beyond which a shape is drawn without names.

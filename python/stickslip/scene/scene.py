@@ -43,6 +43,7 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
+    from stickslip.scene.drawing.figures import ScenePlots
 
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
@@ -248,6 +249,13 @@ class Scene(Shown):
         # What was given as one number for all stays one.
         one = {name: values[0] for name, values in law.items() if all(v is values[0] for v in values)}
         return partial(self.model, **{**law, **one})
+
+    @property
+    def plot(self) -> ScenePlots:
+        """Pictures: ``scene.plot()``, bodies, springs and sliders; ``scene.plot.mesh(displacement)``."""
+        from stickslip.scene.drawing.figures import ScenePlots
+
+        return ScenePlots(self)
 
     def contact_labels(self) -> list[int] | list[str]:
         """Return how tables label the contacts: indices, or names as soon as one contact has a name."""
