@@ -87,10 +87,10 @@ class Pairs(Shown):
         )
 
     def plot(self, values: ArrayLike, *, label: str = "", ax: Axes | None = None) -> Axes:
-        """Draw a quantity of every pair where it lies, in space as colours, in the plane as a curve.
+        """Draw a quantity of every pair where it lies, as colours or as a curve; return the Axes.
 
-        Pairs in space are seen along the coordinate axis along which they are least wide, pairs in the plane
-        stand over the axis along which they are widest; coordinates are in mm.
+        Pairs in space are coloured and seen along the coordinate axis along which they are least wide, pairs in the plane
+        are a curve over the axis along which they are widest; coordinates are in mm.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class Pairs(Shown):
         label
             Name of the quantity, with its unit.
         ax
-            Where to draw; None: on axes of its own. The Axes are returned.
+            Where to draw; None: on axes of its own.
 
         Raises
         ------
