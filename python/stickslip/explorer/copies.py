@@ -74,7 +74,11 @@ def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
     elif start:
         lines[-1] += f".perturbed({', '.join(f'{name}={value!r}' for name, value in start.items())})"
     settings = ", ".join(f"{name}={value!r}" for name, value in run.items())
-    lines += [f"run = ss.simulate(scene, {settings}, start)", "cycle = run.limit_cycle()", "print(cycle)"]
+    lines += [
+        f"run = ss.simulate(scene, {settings}, start=start)",
+        "cycle = run.limit_cycle()",
+        "print(cycle)",
+    ]
     return "\n".join(lines) + "\n"
 
 

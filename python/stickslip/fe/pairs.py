@@ -89,8 +89,8 @@ class Pairs(Shown):
     def plot(self, values: ArrayLike, *, label: str = "", ax: Axes | None = None) -> Axes:
         """Draw a quantity of every pair where it lies, as colours or as a curve; return the Axes.
 
-        Pairs in space are coloured and seen along the coordinate axis along which they are least wide, pairs in the plane
-        are a curve over the axis along which they are widest; coordinates are in mm.
+        Pairs in space are coloured and seen along the coordinate axis along which they are least wide; pairs
+        in the plane are a curve over the axis along which they are widest. Coordinates are in mm.
 
         Parameters
         ----------
