@@ -65,6 +65,10 @@ for outcome in ss.simulate_many((model(mu) for mu in (0.1, 0.2)), duration=1.0, 
 assert_type(run.plot.history(), Figure)
 assert_type(run.plot.phase(contact=0), Axes)
 assert_type(modes.plot.shapes(), Figure)
+assert_type(modes.plot.structure(2), Axes)
+assert_type(cycle.plot.energy(), Figure)
+assert_type(cycle.balance().plot.flow(), Axes)
+assert_type(cycle.scene.plot(), Axes)
 # every other result
 points = ss.hopf_points(model, over={"friction": (0.0, 1.0)})
 assert_type(points, list[ss.types.CriticalPoint])
