@@ -7,6 +7,7 @@ import matplotlib
 matplotlib.use("agg")
 import numpy as np
 import pytest
+from matplotlib.animation import AbstractMovieWriter
 from matplotlib.figure import Figure
 
 import stickslip as ss
@@ -62,6 +63,30 @@ def test_modes_draw_their_shapes():
     plain = ss.complex_modes(scene.replace(mesh=None)).plot.structure(2)
     assert plain.get_title() == axes.get_title()
     assert plain.lines
+
+
+def test_a_mode_of_a_mesh_moves_on_it():
+    scene = ss.fe.assemble(block(4, 2))
+    modes = ss.complex_modes(scene)
+    places = []
+
+    class Pictures(AbstractMovieWriter):
+        def setup(self, fig, outfile, dpi=None):
+            super().setup(fig, outfile, dpi)
+
+        def grab_frame(self, **_):
+            (faces,) = self.fig.axes[0].collections
+            places.append(np.stack([path.vertices[:4] for path in faces.get_paths()]))
+
+        def finish(self):
+            self.fig.canvas.draw()
+
+    modes.plot.animate(0, frames=4).save("unused", writer=Pictures())
+    rest = scene.mesh.points[scene.mesh.cells["quad"]]
+    moved = np.abs(places[0] - rest).max()
+    # By 0.08 of the size of the mesh, 40 by 20 mm, at the largest.
+    assert moved == pytest.approx(0.08 * np.hypot(0.04, 0.02), rel=1e-9)
+    np.testing.assert_allclose(places[0] + places[2], 2.0 * rest, rtol=0, atol=1e-15)
 
 
 def test_a_quantity_of_every_pair():

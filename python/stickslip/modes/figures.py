@@ -17,7 +17,7 @@ from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Flags, Real, described, shown_statuses, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest
-from stickslip.scene.drawing.schematic import Column, Schematic, Structured, schematic
+from stickslip.scene.drawing.schematic import Column, Schematic, Structured, schematic, structure
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -235,10 +235,10 @@ class ModesPlots(Plots[Computed]):
     def animate(
         self, number: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
     ) -> FuncAnimation:
-        """Return a FuncAnimation of one period of a mode, every body in its own phase.
+        """Return a FuncAnimation of one period of a mode, every body or point of the mesh in its own phase.
 
-        Growth and decay are left out. Save it with ``.save("mode.gif", writer="pillow")``, or show it with
-        ``.to_jshtml()``.
+        Growth and decay are left out. A mesh in space is seen from above at an angle. Save the animation with
+        ``.save("mode.gif", writer="pillow")``, or show it with ``.to_jshtml()``.
 
         Parameters
         ----------
@@ -255,8 +255,8 @@ class ModesPlots(Plots[Computed]):
             If there is no mode of that number, or there are too few frames.
         """
         count, mode = whole_number("frames", frames, 2), self._number(number)
-        drawing = schematic(self._result.scene, columns)
-        wide = 2.2 + 1.3 * max(body.x for body in drawing.bodies)
+        drawing = structure(self._result.scene, columns)
+        wide = 6.4 if drawing.faces else 2.2 + 1.3 * max(body.x for body in drawing.bodies)
         figure = Figure(figsize=(max(wide, 4.0), 3.6), layout="constrained")
         axes: Axes = figure.subplots()
         motion = self._moving(axes, drawing, mode)
@@ -275,7 +275,11 @@ class ModesPlots(Plots[Computed]):
         """Draw what rests, the orbits of the bodies and a title; return the motion of the bodies."""
         motion = drawing.motion(self._result.shapes[:, mode])
         draw_rest(axes, drawing)
-        draw_orbits(axes, drawing, motion, self._colour(mode))
+        if drawing.faces:
+            # The axes keep their limits while the mesh moves: collections do not extend them.
+            axes.update_datalim([(body.x, body.y) for body in drawing.bodies])
+        else:
+            draw_orbits(axes, drawing, motion, self._colour(mode))
         axes.set_title(f"mode {mode}: {self._result.described(mode)}")
         return motion
 

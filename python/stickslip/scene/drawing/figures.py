@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real
-from stickslip.scene.drawing.schematic import NAMED, Column, Schematic, Structured, schematic
+from stickslip.scene.drawing.schematic import NAMED, PART, Column, Schematic, Structured, schematic
 from stickslip.show.plots import Plots, axes_of
 from stickslip.show.style import STABLE
 
@@ -98,7 +98,7 @@ def draw_rest(axes: Axes, drawing: Schematic) -> None:
     for kind, first, last in drawing.lines():
         if kind in WIDTHS:
             axes.plot([first.x, last.x], [first.y, last.y], color="black", linewidth=WIDTHS[kind])
-    for body in drawing.bodies if len(drawing.bodies) <= NAMED else ():
+    for body in drawing.bodies if len(drawing.bodies) <= NAMED and not drawing.faces else ():
         axes.annotate(body.name, (body.x + 0.12, body.y + 0.12), fontsize="small")
     if drawing.omitted:
         axes.annotate(f"{drawing.omitted} dofs are left out", (0.0, 1.0), xycoords="axes fraction", va="top")
@@ -117,7 +117,11 @@ def draw_orbits(axes: Axes, drawing: Schematic, motion: Complex, colour: str) ->
 
 
 def draw_moved(axes: Axes, drawing: Schematic, moved: Real, colour: str) -> list[Artist]:
-    """Draw what moves, springs and bodies, displaced by (bodies, 2)."""
+    """Draw what moves, springs and bodies or the faces of a mesh, displaced by (bodies, 2)."""
+    places = np.array([(body.x, body.y) for body in drawing.bodies]) + moved
+    if drawing.faces:
+        faces = [places[list(face)] for face in drawing.faces]
+        return [axes.add_collection(PolyCollection(faces, facecolor="0.93", edgecolor=colour, linewidth=0.5))]
     parts: list[Artist] = []
     for kind, *ends in drawing.lines():
         if kind == "spring":
@@ -125,7 +129,6 @@ def draw_moved(axes: Axes, drawing: Schematic, moved: Real, colour: str) -> list
                 np.array([end.x, end.y]) + (0.0 if end.body is None else moved[end.body]) for end in ends
             )
             parts += axes.plot(*_coil(first, last).T, color="0.45", linewidth=0.9, zorder=1)
-    places = np.array([(body.x, body.y) for body in drawing.bodies]) + moved
     parts.append(axes.scatter(places[:, 0], places[:, 1], s=70, color=colour, edgecolor="white", zorder=3))
     return parts
 
@@ -150,7 +153,7 @@ def draw_mesh(scene: Structured, displacement: Any, scale: float | None, title: 
     moved = mesh.displacements(displacement)
     length = np.sqrt((np.abs(moved) ** 2).sum(axis=-1))
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    points = mesh.points + (0.08 * size / (length.max() or 1.0) if scale is None else scale) * moved.real
+    points = mesh.points + (PART * size / (length.max() or 1.0) if scale is None else scale) * moved.real
     space = points.shape[1] == 3
     if ax is None:
         figure = Figure(figsize=(6.4, 4.8), layout="constrained")

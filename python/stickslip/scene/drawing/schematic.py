@@ -19,6 +19,10 @@ ROUNDING = 1e-9
 #: Length of the largest displacement in a drawing, half the length of a slider and of a wall, and the length
 #: of a spring to a wall, all in distances of neighbouring bodies.
 LONG, SLIDER, WALL, REACH = 0.3, 0.22, 0.09, 0.4
+#: Length of the largest displacement of a mesh, of its size.
+PART = 0.08
+#: Dofs up to which a mesh is drawn; the matrices of a finer one are.
+FINEST = 1200
 #: Where a mesh in space is seen from, 30 degrees above its plane: right and up on the page, and to the eye.
 VIEW = (
     np.array([0.8, -0.6, 0.0]),
@@ -121,9 +125,14 @@ class Schematic:
         return found
 
     def motion(self, displacement: Real | Complex) -> Complex:
-        """Return how far the bodies move, (bodies, 2), in units of the drawing: the largest one by `LONG`."""
+        """Return how far the bodies move, (bodies, 2), in the drawing: the largest one by `LONG`.
+
+        The points of a mesh, whose drawing has its size in m, move by `PART` of its size.
+        """
         moved: Complex = self.moved(displacement).astype(complex)
-        return moved * (LONG / (float(np.abs(moved).max(initial=0.0)) or 1.0))
+        size = np.hypot(*np.ptp([(body.x, body.y) for body in self.bodies], axis=0)) if self.faces else 0.0
+        reach = PART * float(size) if self.faces else LONG
+        return moved * (reach / (float(np.abs(moved).max(initial=0.0)) or 1.0))
 
     def lines(self) -> Iterator[tuple[str, End, End]]:
         """Yield the lines of the drawing by their kind: ``spring``, ``wall`` and ``slider``."""
@@ -193,6 +202,14 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
         tuple(walls.items()),
         int((owner < 0).sum()),
     )
+
+
+def structure(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
+    """Return the drawing of the mesh of a scene, or of its matrices if it has none or one with many dofs."""
+    drawn = None if scene.mesh is None else meshed(scene.mesh)
+    if drawn is not None and sum(len(body.along) for body in drawn.bodies) <= FINEST:
+        return drawn
+    return schematic(scene, columns)
 
 
 def meshed(mesh: Mesh) -> Schematic | None:
