@@ -53,7 +53,7 @@ for name, diagram in (("gentle", gentle), ("pushed", pushed)):
     kinds, counts = np.unique(diagram.data.kind.values, return_counts=True)
     print(name, dict(zip(kinds.tolist(), counts.tolist(), strict=True)))
 cycle = [cycle for cycle in pushed.cycles if cycle is not None][-1]
-branch = ss.trace_branch(
+branch = ss.continuation(
     cycle, {"speed": (cycle.scene.contacts[0].slider_speed, 1.0)}, block, points=400, step=0.5
 )
 last = float(branch.data.speed[-1])

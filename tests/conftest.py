@@ -85,7 +85,6 @@ def datasets():
         "entry_sensitivity": ss.sensitivity(scene, entries="stiffness"),
         "stability": ss.stability(model, {"friction": [0.5, 1.5]}),
         "bifurcation": ss.bifurcation(scene, {"friction": [1.5, 1.6]}),
-        "follow_branch": ss.follow_branch(cycle, {"friction": [1.5, 1.51]}),
-        "trace_branch": ss.trace_branch(cycle, {"friction": (1.5, 1.51)}, points=3),
+        "continuation": ss.continuation(cycle, {"friction": (1.5, 1.51)}, points=3),
         "basins": ss.basins(scene, start=run.start, position={"x1": [0.0]}, velocity={"x2": [0.0, 1e-4]}),
     }

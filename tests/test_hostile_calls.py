@@ -204,11 +204,11 @@ CALLS = {
     ),
     # other things than cycles
     "trace": (
-        lambda: ss.trace_branch(RUN, {"friction": [1.0, 2.0]}),
+        lambda: ss.continuation(RUN, {"friction": (1.0, 2.0)}),
         "cycle: expected a Cycle, got Traj.*limit_cycle",
     ),
     "follow": (
-        lambda: ss.follow_branch(SCENE, {"friction": [1.0, 2.0]}),
+        lambda: ss.continuation(SCENE, {"friction": (1.0, 2.0)}),
         "cycle: expected a Cycle, got Scene",
     ),
     "no duration": (lambda: ss.Case(SCENE).simulate(), r"duration is missing: give it, or \[run\] duration"),

@@ -89,10 +89,9 @@ def test_forty_calls(tmp_path):
     assert cycle.harmonics(8).sizes["harmonic"] == 9
     diagram = ss.bifurcation(brake, {"friction": [1.4, 1.5]})
     assert all(found is not None for found in diagram.cycles)
-    branch = ss.follow_branch(cycle, {"friction": [1.5, 1.51, 1.52]}, brake)
+    branch = ss.continuation(cycle, {"friction": (1.5, 1.52)}, brake, step=0.5)
     assert branch.end == "range"
-    assert ss.trace_branch(cycle, {"friction": (1.5, 1.55)}, brake).end == "range"
-    assert ss.branch_points(cycle, {"friction": (1.5, 1.52)}, brake, steps=2) == ()
+    assert branch.points == ()
     reached = ss.basins(scene, start=start, velocity={"x1": [0.0, 1e-3], "x5": [0.0, 1e-3]})
     assert reached.map.shape == (2, 2)
     assert ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 2), phases=2).modes.sizes["mode"] == 1

@@ -135,8 +135,7 @@ NEAR = {
 def test_a_name_stands_for_the_same_number_in_searches_for_cycles(cycle, name):
     model = SCENE if name in ("friction", "friction_0", "slider_speed") else MODEL
     values = np.array(NEAR[name])
-    followed = ss.follow_branch(cycle, {name: values}, model)
-    traced = ss.trace_branch(cycle, {name: values}, model, step=0.5)
+    traced = ss.continuation(cycle, {name: values}, model, step=0.5)
     scene = ss.Case(MODEL).replace(**{name: values[1]}).scene
     settled = ss.bifurcation(
         model, {name: values[1:]}, start=ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
@@ -149,17 +148,18 @@ def test_a_name_stands_for_the_same_number_in_searches_for_cycles(cycle, name):
     )
     expected = cycle.continued(scene).period
     for found in (
-        followed.data.period.to_numpy()[-1],
+        traced.data.period.to_numpy()[-1],
         settled.data.period.to_numpy()[-1],
         reached.attractors[0].period,
     ):
         assert found == pytest.approx(expected, rel=1e-9)
-    # The last point of a traced branch lies within its range.
-    last = float(traced.data[name][-1])
-    assert values[0] <= last <= values[1]
+    # The last point lies at the end of the range, another within it.
+    assert traced.data[name][-1] == values[1]
+    last = float(traced.data[name][-2])
+    assert values[0] <= last < values[1]
     place = ss.Case(MODEL).replace(**{name: last}).scene
-    assert float(traced.data.period[-1]) == pytest.approx(cycle.continued(place).period, rel=1e-9)
-    assert ss.branch_points(cycle, {name: values}, model, steps=1) == ()
+    assert float(traced.data.period[-2]) == pytest.approx(cycle.continued(place).period, rel=1e-9)
+    assert traced.points == ()
 
 
 def test_critical_points_are_those_of_the_same_number_by_any_name():
@@ -204,13 +204,11 @@ CALLS = {
     ss.stability: np.array([1.5, 1.52]),
     ss.sensitivity: 1.5,
     ss.bifurcation: np.array([1.5]),
-    ss.follow_branch: np.array([1.5]),
-    ss.trace_branch: (1.5, 1.51),
-    ss.branch_points: (1.5, 1.51),
+    ss.continuation: (1.5, 1.51),
     ss.basins: np.array([1.5, 1.52]),
 }
 #: Those that begin at a cycle.
-OF_CYCLES = (ss.follow_branch, ss.trace_branch, ss.branch_points)
+OF_CYCLES = (ss.continuation,)
 
 
 def called(call, model, cycle, parameters):

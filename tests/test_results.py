@@ -50,7 +50,7 @@ def examples():
         "Motion": cycle.run,
         "Basins": ss.types.Basins(xr.DataArray([[0]], {"x": [0.5], "y": [1.0]}, ("x", "y")), (cycle,)),
         "Bifurcation": ss.bifurcation(scene, {"friction": [1.5]}),
-        "Branch": ss.follow_branch(cycle, {"friction": [1.5, 1.51]}),
+        "Branch": ss.continuation(cycle, {"friction": (1.5, 1.51)}, step=0.5),
         "Events": run.events,
         "Event": run.events[0],
         "Grazing": grazing,

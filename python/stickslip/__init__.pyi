@@ -4,9 +4,7 @@ from . import errors, fe, modes, plot, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
-from .cycles.branches.arclength import trace_branch
-from .cycles.branches.branch import follow_branch
-from .cycles.branches.branch_points import branch_points
+from .cycles.branches.continuation import continuation
 from .cycles.cycle import Cycle
 from .cycles.frequency_response import FrequencyResponse, frequency_response
 from .energy.modal import modal_energy
@@ -59,15 +57,14 @@ __all__ = [
     "__version__",
     "basins",
     "bifurcation",
-    "branch_points",
     "complex_modes",
+    "continuation",
     "critical_points",
     "disturbed_sliding",
     "equations_of",
     "errors",
     "explore",
     "fe",
-    "follow_branch",
     "frequency_response",
     "friction",
     "load",
@@ -86,7 +83,6 @@ __all__ = [
     "steady_sliding",
     "study",
     "sweep",
-    "trace_branch",
     "types",
     "write_report",
 ]

@@ -44,7 +44,7 @@ def test_a_diagram_over_friction():
 
 
 def test_the_doubling_point():
-    points = ss.branch_points(cycle_at(2.4), {"friction": (2.4, 2.7)}, steps=6)
+    points = ss.continuation(cycle_at(2.4), {"friction": (2.4, 2.7)}, step=0.2).points
     (point,) = [point for point in points if point.kind == "period_doubling"]
     assert abs(point.multiplier + 1.0) <= 1e-8
     assert point.value == pytest.approx(2.546, abs=5e-4)  # design, section 3
@@ -52,18 +52,21 @@ def test_the_doubling_point():
 
 
 def test_the_branch_goes_on_unstable_beyond_the_doubling():
-    branch = ss.follow_branch(cycle_at(2.4), {"friction": np.array([2.4, 2.6, 3.0])})
-    assert list(branch.data.stable.to_numpy()) == [True, False, False]
+    values = [2.4, 2.6, 3.0]
+    branch = ss.continuation(cycle_at(2.4), {"friction": (2.4, 3.0)}, at=[2.6], step=0.3)
+    assert branch.at(2.5) == ()
+    found = [orbit for value in values for orbit in branch.at(value)]
+    assert [orbit.stable for orbit in found] == [True, False, False]
     assert branch.data.followed.all()
     assert (np.abs(branch.data.period - branch.data.period[0]) < 1e-4).all()
-    assert (branch.data.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
+    assert all(orbit.multipliers.real.min() < -1.0 for orbit in found[1:])
 
 
 @pytest.mark.slow
 def test_a_touch_is_found_from_both_sides():
     """Contact 1 lifts off below friction 1.612: from above N touches zero, from below the flight shrinks."""
-    (above,) = ss.branch_points(cycle_at(1.7), {"friction": (1.7, 1.5)}, steps=10)
-    (below,) = ss.branch_points(cycle_at(1.55), {"friction": (1.55, 1.7)}, steps=10)
+    (above,) = ss.continuation(cycle_at(1.7), {"friction": (1.7, 1.5)}, step=0.1).points
+    (below,) = ss.continuation(cycle_at(1.55), {"friction": (1.55, 1.7)}, step=0.1).points
     assert above.kind == below.kind == "grazing"
     assert (above.contact, above.event) == (below.contact, below.event) == (1, "release")
     # The square of the flight's duration, extrapolated to zero: its own rounding is that of Newton's method.
@@ -74,7 +77,7 @@ def test_a_touch_is_found_from_both_sides():
 
 
 def test_events_that_meet_switch_the_sequence():
-    (point,) = ss.branch_points(cycle_at(1.4), {"friction": (1.4, 1.3)}, steps=5)
+    (point,) = ss.continuation(cycle_at(1.4), {"friction": (1.4, 1.3)}, step=0.2).points
     assert point.kind == "switching"
     assert cycle_at(point.value + 1e-3).combinations != cycle_at(point.value - 1e-3).combinations
 
@@ -209,7 +212,7 @@ def test_a_fold_of_a_bi_stable_scene():
     assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
     run = ss.simulate(scene, 2.0, ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5}))
     cycle = run.limit_cycle(3.0)
-    branch = ss.trace_branch(cycle, {"slider_speed": (0.1, 0.05)}, points=150)
+    branch = ss.continuation(cycle, {"slider_speed": (0.1, 0.05)}, points=150)
     (fold,) = branch.folds
     assert fold.kind == "fold"
     assert abs(fold.multiplier - 1.0) <= 1e-8
@@ -233,10 +236,11 @@ def test_a_fold_of_a_bi_stable_scene():
     ]
     largest = [branch.cycles[k].transverse_multipliers.real.max() for k in sides]
     assert largest[0] < 1.0 < largest[1]
-    # The same fold from the walk over values.
-    points = ss.branch_points(cycle, {"slider_speed": (0.1, 0.08)}, steps=10)
-    assert points[-1].kind == "fold"
-    assert points[-1].value == pytest.approx(fold.value, rel=1e-9)
+    assert "fold" in str(branch.summary())
+    # The same fold in longer steps, and both orbits at a value above it.
+    again = ss.continuation(cycle, {"slider_speed": (0.1, 0.08)}, at=[above], step=0.1)
+    assert again.folds[0].value == pytest.approx(fold.value, rel=1e-9)
+    assert [orbit.stable for orbit in again.at(above)] == [True, False]
 
 
 def test_hysteresis_over_slider_speed():
@@ -278,14 +282,15 @@ def test_ill_posed_basins_and_branches():
         ss.basins(scene, start=ss.steady_sliding(scene), velocity={"x1": [0.0]})
     cycle = cycle_at(1.5)
     with pytest.raises(ss.InputError, match="begin, end"):
-        ss.branch_points(cycle, {"friction": (1.5, 1.5)})
+        ss.continuation(cycle, {"friction": (1.5, 1.5)})
+    with pytest.raises(ss.InputError, match=r"at: expected values from 1\.5 to 1\.6, got \[1\.7\]"):
+        ss.continuation(cycle, {"friction": (1.5, 1.6)}, at=[1.7])
     with pytest.raises(ss.InputError, match="scene"):
         cycle.continued(block())
 
 
-@pytest.mark.parametrize("call", [ss.branch_points, ss.trace_branch])
-def test_a_branch_that_does_not_begin_at_its_cycle_says_where_to_begin(call):
+def test_a_branch_that_does_not_begin_at_its_cycle_says_where_to_begin():
     first = r"friction: no orbit is found at the first value, 1 \("
     hint = r"\); begin at the value of the cycle, 1\.5$"
     with pytest.raises(ss.errors.OrbitError, match=f"{first}.*{hint}"):
-        call(cycle_at(1.5), {"friction": (1.0, 3.0)})
+        ss.continuation(cycle_at(1.5), {"friction": (1.0, 3.0)})

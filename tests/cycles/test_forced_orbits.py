@@ -150,12 +150,12 @@ def test_rest_after_a_switch_is_found():
 
 
 def test_a_branch_over_the_amplitude_and_the_frequency(cycle):
-    branch = ss.follow_branch(cycle, {"shaker_amplitude": [1.0, 1.1, 1.2]})
+    branch = ss.continuation(cycle, {"shaker_amplitude": (1.0, 1.2)}, step=0.5)
     largest = branch.data.maximum.sel(dof="x").to_numpy()
     assert (np.diff(largest) > 0.0).all()
     alone = ss.simulate(belt(amplitude=1.2), 400.0, START).limit_cycle()
     assert largest[-1] == pytest.approx(float(alone.maximum.sel(dof="x")), rel=1e-11)
-    slower = ss.follow_branch(cycle, {"shaker_frequency": np.array([0.8, 0.75, 0.7]) / (2.0 * np.pi)})
+    slower = ss.continuation(cycle, {"shaker_frequency": (0.4 / np.pi, 0.7 / (2.0 * np.pi))}, step=0.5)
     alone = ss.simulate(belt(ratio=0.7), 400.0, START).limit_cycle()
     assert slower.data.maximum.sel(dof="x").to_numpy()[-1] == pytest.approx(
         float(alone.maximum.sel(dof="x")), rel=1e-11

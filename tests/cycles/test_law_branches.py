@@ -67,14 +67,14 @@ def test_the_branch_is_born_at_the_hopf_point():
 
 def test_the_branch_touches_the_stick_slip_cycle_at_its_fold():
     speed = 1.01 * HOPF
-    small = ss.branch_points(small_cycle(speed), {"slider_speed": (speed, 0.8)})
-    large = ss.branch_points(stick_slip(0.2), {"slider_speed": (0.2, 0.8)})
+    small = ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.8)}).points
+    large = ss.continuation(stick_slip(0.2), {"slider_speed": (0.2, 0.8)}).points
     assert [point.kind for point in (*small, *large)] == ["grazing", "grazing"]
     assert small[0].value == pytest.approx(large[0].value, rel=2e-8)
     assert small[0].value == pytest.approx(touching_speed(), rel=1e-8)
     assert small[0].event == "velocity"
     # Towards the Hopf point the branch ends without an event.
-    assert ss.branch_points(small_cycle(speed), {"slider_speed": (speed, 0.98 * HOPF)}) == ()
+    assert ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.98 * HOPF)}).points == ()
 
 
 @pytest.mark.parametrize("speed", [0.35, 0.45, 0.55])
@@ -82,7 +82,7 @@ def test_sliding_and_stick_slip_coexist(speed):
     """Sliding and stick-slip are stable there, and the cycle between them is not."""
     scene = block(speed)
     assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
-    branch = ss.follow_branch(small_cycle(1.01 * HOPF), {"slider_speed": np.linspace(1.01 * HOPF, speed, 6)})
+    branch = ss.continuation(small_cycle(1.01 * HOPF), {"slider_speed": (1.01 * HOPF, speed)}, step=0.2)
     between, large = branch.cycles[-1], stick_slip(speed)
     assert branch.data.followed.all()
     assert large.combinations == ("+", "s")

@@ -65,7 +65,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     assert [line.get_xydata().tolist() for line in other.lines] == [
         line.get_xydata().tolist() for line in axes.lines
     ]
-    branch = ss.trace_branch(diagram.cycles[1], {"friction": (1.5, 1.6)}, step=0.3)
+    branch = ss.continuation(diagram.cycles[1], {"friction": (1.5, 1.6)}, step=0.3)
     along = branch.plot("x2", Figure().add_subplot())
     assert along.get_xlabel() == "friction coefficient"
     values = np.concatenate([line.get_xdata() for line in along.lines])

@@ -57,7 +57,7 @@ def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) ->
     Parameters
     ----------
     diagram
-        Result of `bifurcation`, `follow_branch` or `trace_branch`, or the dataset of such a result. Unstable
+        Result of `bifurcation` or `continuation`, or the dataset of such a result. Unstable
         orbits are hollow markers, orbits of unknown stability are half filled, and values without a cycle are
         crosses at zero.
     dof

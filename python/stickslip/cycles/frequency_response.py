@@ -11,7 +11,7 @@ import scipy.sparse
 import xarray as xr
 
 from stickslip.cycles.attractors import Outcome, is_valid, settled
-from stickslip.cycles.branches.arclength import trace_branch
+from stickslip.cycles.branches.arclength import trace
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError, SearchInterrupted
 from stickslip.scene.checks import Complex, Real
@@ -19,7 +19,7 @@ from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
 from stickslip.scene.loads.of_scene import core_loads, load_names
 from stickslip.scene.parameters.numbers import load_numbers
-from stickslip.scene.parameters.values import along
+from stickslip.scene.parameters.values import along, between
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, steady_sliding
@@ -117,7 +117,7 @@ def frequency_response(
 
     Motions are followed until they recur, at ascending frequencies and then at descending ones, each from the
     orbit before. Where the two sweeps find different orbits, the branch between them is traced around its
-    folds, so that the response also has the unstable orbits (`trace_branch`).
+    folds, so that the response also has the unstable orbits (`continuation`).
 
     Parameters
     ----------
@@ -293,15 +293,11 @@ def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[fl
     if begin == end:
         return []
     try:
-        branch = trace_branch(cycle, {field: (begin, end)}, step=STEP, points=POINTS)
+        _, _, _, scene_at = between(cycle.scene, {field: (begin, end)})
+        placed = trace(cycle, field, (begin, end), scene_at, STEP, POINTS).placed
     except OrbitError:
         return []
-    traced = zip(branch.data[field].to_numpy(), branch.cycles, branch.data.followed.to_numpy(), strict=True)
-    return [
-        (float(value), orbit, "between")
-        for value, orbit, followed in traced
-        if orbit is not None and followed and value != begin
-    ]
+    return [(value, orbit, "between") for value, orbit in placed if orbit.is_followed() and value != begin]
 
 
 def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
