@@ -15,7 +15,7 @@ help: ## List the verbs
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
-	$(BIN)/stickslip reproduce --output $(OUT)
+	PYTHONPATH=examples $(BIN)/python -m paper reproduce --output $(OUT)
 
 test: test-core $(INSTALLED) ## Test the core and the package
 	$(BIN)/python -m pytest --durations 20
@@ -107,7 +107,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
 	$(BIN)/python -m pytest tests/test_pages.py
-	$(BIN)/stickslip reproduce --output $(OUT)
+	PYTHONPATH=examples $(BIN)/python -m paper reproduce --output $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
 	$(BIN)/python docs/sketches/draw.py
 	PYTHONPATH=tests/support $(BIN)/python -m pages docs/tutorial.md docs/pictures
@@ -133,7 +133,7 @@ film: $(VENV)/.extra-browser ## Film the explorer for its page of the documentat
 	$(BIN)/python benchmarks/explorer_film.py docs/explorer.gif
 
 gallery: $(INSTALLED) ## Redraw the pictures of docs/gallery.md
-	$(BIN)/stickslip figures --output docs/gallery --format png
+	PYTHONPATH=examples $(BIN)/python -m paper figures --output docs/gallery --format png
 
 examples: $(INSTALLED) ## Run the examples and keep their pictures for the documentation
 	mkdir -p $(OUT)/examples docs/examples

@@ -15,9 +15,9 @@ VALUES = np.linspace(0.7, 3.2, 400)
 
 def main() -> None:
     scene = ss.models.two_subsystems()
-    ss.bifurcation(scene, friction=VALUES[:2])  # loads what is loaded once
+    ss.bifurcation(scene, {"friction": VALUES[:2]})  # loads what is loaded once
     begin = time.perf_counter()
-    diagram = ss.bifurcation(scene, friction=VALUES)
+    diagram = ss.bifurcation(scene, {"friction": VALUES})
     elapsed = time.perf_counter() - begin
     kinds, counts = np.unique(diagram.data.kind, return_counts=True)
     found = ", ".join(f"{count} {kind}" for kind, count in zip(kinds, counts, strict=True))

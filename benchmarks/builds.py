@@ -35,9 +35,9 @@ def work(name: str, part: float) -> Callable[[], object]:
         start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
         return lambda: ss.simulate(scene, 0.6, start)
     if name == "sweep of 1000 points":
-        return lambda: ss.sweep(model, friction=np.linspace(0.0, 3.0, 1000))
+        return lambda: ss.sweep(model, {"friction": np.linspace(0.0, 3.0, 1000)})
     if name == "10^5 verdicts of stability":
-        return lambda: ss.stability(model, friction=np.linspace(0.0, 3.0, 100_000))
+        return lambda: ss.stability(model, {"friction": np.linspace(0.0, 3.0, 100_000)})
     if name.endswith("subsystems"):
         from chain_scaling import LARGE, on_cycles, scene_of, settled
 

@@ -211,7 +211,7 @@ def sweep_times() -> tuple[float, float]:
         for a, b in pencils:
             scipy.linalg.eig(-b, a, left=True, right=True)
 
-    return best_of(10, lambda: ss.sweep(scene, friction=values, vectors=True)), best_of(3, lapack)
+    return best_of(10, lambda: ss.sweep(scene, {"friction": values}, vectors=True)), best_of(3, lapack)
 
 
 def verdict_times(count: int) -> tuple[float, float]:
@@ -240,8 +240,8 @@ def verdict_times(count: int) -> tuple[float, float]:
         values = {k: v[i, 0] if v.shape[1:] == (1,) else v[i] for k, v in drawn.items()}
         a, b = state_matrices(ss.models.two_subsystems(**values))
         states[i] = -np.linalg.solve(a, b)
-    ours = best_of(5, lambda: ss.stability(ss.models.two_subsystems, **drawn))
-    found = ss.stability(ss.models.two_subsystems, **drawn).growth_rate.to_numpy()[:part]
+    ours = best_of(5, lambda: ss.stability(ss.models.two_subsystems, drawn))
+    found = ss.stability(ss.models.two_subsystems, drawn).growth_rate.to_numpy()[:part]
     peer = np.linalg.eigvals(states).real.max(axis=1)
     assert np.abs(found - peer).max() <= 1e-6 * np.abs(peer).max()
     return ours, best_of(3, lambda: np.linalg.eigvals(states)) * count / part

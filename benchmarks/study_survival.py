@@ -41,7 +41,7 @@ def same(results: xr.Dataset, expected: xr.Dataset) -> bool:
 
 def marks(path: Path) -> dict[Path, int]:
     """Return the marks of complete chunks with the times at which they were written."""
-    place = path / "complete" / "c"
+    place = path / "status" / "c"
     return {mark: mark.stat().st_mtime_ns for mark in place.glob("*[0-9]")} if place.exists() else {}
 
 

@@ -43,18 +43,18 @@ def block(speed: float = 0.3) -> ss.Scene:
 
 # %%
 speeds = np.linspace(0.05, 0.9, 35)
-gentle = ss.bifurcation(block, over={"speed": speeds})
+gentle = ss.bifurcation(block, {"speed": speeds})
 pushed = ss.bifurcation(
     block,
-    over={"speed": speeds},
+    {"speed": speeds},
     start=lambda scene: ss.steady_sliding(scene).perturbed(velocity={"block": -1.0}),
 )
 for name, diagram in (("gentle", gentle), ("pushed", pushed)):
     kinds, counts = np.unique(diagram.data.kind.values, return_counts=True)
     print(name, dict(zip(kinds.tolist(), counts.tolist(), strict=True)))
 cycle = [cycle for cycle in pushed.cycles if cycle is not None][-1]
-branch = ss.trace_branch(
-    cycle, block, over={"speed": (cycle.scene.contacts[0].slider_speed, 1.0)}, points=400, step=0.5
+branch = ss.continuation(
+    cycle, {"speed": (cycle.scene.contacts[0].slider_speed, 1.0)}, block, points=400, step=0.5
 )
 last = float(branch.data.speed[-1])
 print(f"stick-slip ends at {last:.4f} m/s (end of the {branch.end})")
@@ -73,7 +73,7 @@ ss.save(axes.figure, "bifurcation.png", dpi=120)
 scene = block(0.3)
 found = ss.basins(
     scene,
-    ss.steady_sliding(scene),
+    start=ss.steady_sliding(scene),
     position={"block": np.linspace(-8e-3, 8e-3, 25)},
     velocity={"block": np.linspace(-1.6, 0.29, 25)},
 )

@@ -48,7 +48,9 @@ REST = ss.State([0.0, 0.0], [0.0, 0.0], "dd")
 # %%
 scene = joint()
 print(ss.complex_modes(scene, "dd"))
-response = ss.frequency_response(scene, "shaker", np.linspace(26.0, 60.0, 35), ["right"], start=REST)
+response = ss.frequency_response(
+    scene, {"shaker_frequency": np.linspace(26.0, 60.0, 35)}, dofs=["right"], start=REST
+)
 axes = response.plot()
 axes.axhline(0.2e-3, color="0.5", linestyle=":")
 axes.annotate("play used up", (26.0, 0.19e-3), va="top", color="0.3")
@@ -85,7 +87,7 @@ figure.savefig("clearance-motion.png", dpi=120)
 
 # %%
 plays = np.linspace(0.02e-3, 1.0e-3, 50)
-diagram = ss.bifurcation(joint, over={"clearance": plays}, start=REST)
+diagram = ss.bifurcation(joint, {"clearance": plays}, start=REST)
 hammering = np.array(
     [np.nan if cycle is None else cycle.balance().impact / cycle.period for cycle in diagram.cycles]
 )

@@ -51,7 +51,7 @@ print(reduced)
 # end to which the belt runs, is open.
 
 # %%
-for point in ss.hopf_points(reduced.scene, friction=(0.0, 0.39)):
+for point in ss.critical_points(reduced.scene, {"friction": (0.0, 0.39)}, kinds=("hopf",)):
     print(point)
 rows = []
 for friction in np.linspace(0.0, 0.6, 31):

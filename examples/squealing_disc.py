@@ -43,7 +43,7 @@ scene = ss.fe.assemble([pad, disc], pairs, force=pad.surface("top").pressure(1e6
 steady = ss.steady_sliding(scene)
 reduced = ss.fe.reduce(scene, band=(500.0, 6e3), combination=steady.combination, modes=60)
 print(reduced)
-branches = ss.sweep(reduced.scene, friction=np.linspace(0.0, 0.5, 26), band=(3e3, 5e3))
+branches = ss.sweep(reduced.scene, {"friction": np.linspace(0.0, 0.5, 26)}, band=(3e3, 5e3))
 
 # %% [markdown]
 # ## The limit cycle

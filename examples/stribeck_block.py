@@ -39,7 +39,7 @@ def block(speed: float) -> ss.Scene:
 # %%
 speeds = np.linspace(0.02, 0.6, 59)
 growth = [ss.complex_modes(block(speed)).eigenvalues.real.max() for speed in speeds]
-(threshold,) = ss.hopf_points(block, over={"speed": (0.1, 0.6)})
+(threshold,) = ss.critical_points(block, {"speed": (0.1, 0.6)}, kinds=("hopf",))
 closed = 0.1 * np.log(LOAD * 0.2 / 0.1 / DAMPING)
 print(f"stable from {threshold.value:.9f} m/s on, in closed form {closed:.9f} m/s")
 figure, axes = plt.subplots(figsize=(7.0, 3.6), layout="constrained")

@@ -55,7 +55,8 @@ rest = ss.State(np.zeros(5), np.zeros(5), "ssss")
 frequencies = np.linspace(60.0, 180.0, 25)
 loads = (10.0, 40.0, 120.0)
 answers = {
-    load: ss.frequency_response(joint(load), "shaker", frequencies, ["machine"], start=rest) for load in loads
+    load: ss.frequency_response(joint(load), {"shaker_frequency": frequencies}, dofs=["machine"], start=rest)
+    for load in loads
 }
 figure, axes = plt.subplots(figsize=(7.0, 3.8), layout="constrained")
 for load, colour in zip(loads, ("#4477aa", "#ccbb44", "#cc3311"), strict=True):

@@ -22,7 +22,7 @@ command = shutil.which("stickslip", path=str(Path(sys.executable).parent))
 assert command, "no command stickslip beside the interpreter"
 with tempfile.TemporaryDirectory() as place:
     ss.save(scene, Path(place) / "two.toml")
-    for arguments in (["--version"], ["reproduce"], ["report", "two.toml"]):
+    for arguments in (["--version"], ["modes", "two.toml"], ["report", "two.toml"]):
         subprocess.run([command, *arguments], cwd=place, check=True, stdout=subprocess.DEVNULL)
     assert (Path(place) / "two.html").stat().st_size > 100_000
 print(f"stickslip {ss.__version__} works from {folder}")

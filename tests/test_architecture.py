@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from architecture import MOST, arrows, circles, crowded, drawing, modules, strangers, unread, upward
+from architecture import MOST, arrows, circles, crowded, drawing, modules, private, strangers, unread, upward
 
 ROOT = Path(stickslip.__file__).parent
 
@@ -31,6 +31,10 @@ def test_no_arrow_runs_from_an_earlier_part_to_a_later_one():
 
 def test_only_packages_of_others_are_imported_by_a_name_that_is_computed():
     assert unread(ROOT) == ["stickslip.scene.checks"]
+
+
+def test_no_private_module_of_another_package_is_used():
+    assert private(ROOT) == []
 
 
 def test_no_files_form_a_circle():
@@ -114,6 +118,21 @@ def test_an_import_that_cannot_be_read_is_found(planted):
     assert unread(planted("scene/state.py", "name = 'math'\nmath = __import__(name)\n")) == [
         "house.scene.state"
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "module"),
+    [
+        ("from xarray.core import indexing\n", "xarray.core.indexing"),
+        ("def late():\n    import scipy.stats._continuous_distns\n", "scipy.stats._continuous_distns"),
+        ("import numpy as np\nkind = np._core.multiarray\n", "numpy._core.multiarray"),
+        ("import scipy.stats\nkind = scipy.stats._distn\n", "scipy.stats._distn"),
+    ],
+)
+def test_a_private_module_is_found(planted, text, module):
+    root = planted("scene/state.py", "from __future__ import annotations\nfrom house import _core\n")
+    assert private(root) == []
+    assert ("house.scene.state", module) in private(planted("scene/state.py", text))
 
 
 def test_a_circle_within_a_part_is_found(planted):

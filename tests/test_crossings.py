@@ -120,7 +120,7 @@ def spinning(speed=3.0, tie=1.0):
 
 
 def test_nothing_is_red_that_is_not_unstable():
-    branches = ss.sweep(spinning, speed=np.linspace(1.0, 3.0, 20))
+    branches = ss.sweep(spinning, {"speed": np.linspace(1.0, 3.0, 20)})
     assert (branches.eigenvalue.real > 0.0).any()
     assert not branches.unstable.any()
     red = [
@@ -130,7 +130,7 @@ def test_nothing_is_red_that_is_not_unstable():
         if line.get_color() == UNSTABLE and np.isfinite(line.get_ydata()).any()
     ]
     assert red == []
-    both = ss.sweep(spinning, over={"speed": np.linspace(1.0, 3.0, 5), "tie": np.linspace(0.0, 1.0, 5)})
+    both = ss.sweep(spinning, {"speed": np.linspace(1.0, 3.0, 5), "tie": np.linspace(0.0, 1.0, 5)})
     # No mode is unstable, so there is no panel of their number.
     assert [axes.get_label() for axes in ss.plot.stability_map(both).axes[1:]] == ["<colorbar>"]
 
@@ -203,7 +203,7 @@ def test_an_interrupted_frequency_response_keeps_its_orbits(monkeypatch):
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=5.0)],
         loads=[ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")],
     )
-    whole = ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+    whole = ss.frequency_response(scene, {"shaker_frequency": [1.0, 1.2, 1.4]})
     settled = frequency_response.settled
     left = iter([True, True])
 
@@ -212,7 +212,7 @@ def test_an_interrupted_frequency_response_keeps_its_orbits(monkeypatch):
 
     monkeypatch.setattr(frequency_response, "settled", interrupted)
     with pytest.raises(ss.errors.SearchInterrupted, match="after 2 of 6 motions") as stopped:
-        ss.frequency_response(scene, "shaker", [1.0, 1.2, 1.4])
+        ss.frequency_response(scene, {"shaker_frequency": [1.0, 1.2, 1.4]})
     kept = stopped.value.partial
     np.testing.assert_array_equal(kept.data.frequency, [1.0, 1.2])
     np.testing.assert_array_equal(kept.data.response, whole.data.response[:2])

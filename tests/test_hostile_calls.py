@@ -98,7 +98,9 @@ CALLS = {
         r"samples: 10000000000000 would take 1.49e\+05 GiB",
     ),
     "map beyond memory": (
-        lambda: ss.sweep(SCENE, friction_0=np.linspace(1.0, 2.0, 10**6), friction_1=np.linspace(1, 2, 10**6)),
+        lambda: ss.sweep(
+            SCENE, {"friction_0": np.linspace(1.0, 2.0, 10**6), "friction_1": np.linspace(1, 2, 10**6)}
+        ),
         r"friction_0 and friction_1: 1000000000000 would take 9.54e\+05 GiB",
     ),
     "a law of one's own": (
@@ -197,15 +199,18 @@ CALLS = {
     ),
     # names of parameters
     "one of two": (
-        lambda: ss.sweep(MODEL, vertical_stiffness_2=[1.0, 2.0]),
+        lambda: ss.sweep(MODEL, {"vertical_stiffness_2": [1.0, 2.0]}),
         "vertical_stiffness_2: the model has no such parameter; nearest: vertical_stiffness",
     ),
     # other things than cycles
     "trace": (
-        lambda: ss.trace_branch(RUN, friction=[1.0, 2.0]),
+        lambda: ss.continuation(RUN, {"friction": (1.0, 2.0)}),
         "cycle: expected a Cycle, got Traj.*limit_cycle",
     ),
-    "follow": (lambda: ss.follow_branch(SCENE, friction=[1.0, 2.0]), "cycle: expected a Cycle, got Scene"),
+    "follow": (
+        lambda: ss.continuation(SCENE, {"friction": (1.0, 2.0)}),
+        "cycle: expected a Cycle, got Scene",
+    ),
     "no duration": (lambda: ss.Case(SCENE).simulate(), r"duration is missing: give it, or \[run\] duration"),
 }
 

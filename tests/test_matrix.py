@@ -43,12 +43,10 @@ def verb(*arguments: Any, codes: tuple[int, ...] = (0,)) -> str:
 
 
 def back(data: Any, folder: Any) -> None:
-    """Write a dataset to a file of each form, and expect from it what was written."""
+    """Write a dataset as a table and as netCDF, and expect from this what was written."""
     ss.save(data, folder / "data.csv")
-    for ending in ("nc", "json"):
-        path = folder / f"data.{ending}"
-        ss.save(data, path)
-        assert ss.load(path).identical(data)
+    ss.save(data, folder / "data.nc")
+    assert ss.load(folder / "data.nc").identical(data)
 
 
 def told(result: Any) -> None:
@@ -86,7 +84,7 @@ def between(kind: Kind) -> dict[str, Any]:
 
 
 def varied(kind: Kind) -> ss.types.Bifurcation:
-    return ss.bifurcation(kind.scene, over=over(kind, 2), stretch=0.5 * kind.duration, limit=kind.duration)
+    return ss.bifurcation(kind.scene, over(kind, 2), stretch=0.5 * kind.duration, limit=kind.duration)
 
 
 def studied(kind: Kind) -> Any:
@@ -162,9 +160,9 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "status table": lambda kind, _: told(ss.status_table(kind.scene)),
     "reduction": lambda kind, _: repr(ss.equations_of(kind.scene, kind.start.combination)),
     "sensitivity": lambda kind, _: ss.sensitivity(kind.scene),
-    "sweep": lambda kind, _: ss.plot.loci(ss.sweep(kind.scene, over=over(kind, 5))),
-    "critical points": lambda kind, _: ss.critical_points(kind.scene, over=between(kind)),
-    "stability": lambda kind, _: ss.stability(kind.scene, over=over(kind, 2)),
+    "sweep": lambda kind, _: ss.plot.loci(ss.sweep(kind.scene, over(kind, 5))),
+    "critical points": lambda kind, _: ss.critical_points(kind.scene, between(kind)),
+    "stability": lambda kind, _: ss.stability(kind.scene, over(kind, 2)),
     "run told": lambda kind, _: told(kind.run),
     "run pickled": lambda kind, _: again(kind.run),
     "run in a file": lambda kind, folder: back(kind.run.to_dataset(20), folder),

@@ -27,8 +27,8 @@ def small(**changes):
         # degrees for radians
         (lambda: MODEL(inclination=30), "inclination: expected radians, got 30; 30 degrees are 0.523599"),
         (lambda: MODEL(inclination=(17.2, 0.7)), "expected radians, got 17.2"),
-        (lambda: ss.sweep(MODEL, inclination=[10.0, 20.0]), "expected radians, got 10"),
-        (lambda: ss.stability(MODEL, inclination=[0.1, -43.0]), "expected radians, got -43"),
+        (lambda: ss.sweep(MODEL, {"inclination": [10.0, 20.0]}), "expected radians, got 10"),
+        (lambda: ss.stability(MODEL, {"inclination": [0.1, -43.0]}), "expected radians, got -43"),
         (
             lambda: ss.Study(MODEL, {"inclination_1": [0.1, -43.0]}),
             "inclination_1: expected radians, got -43",
@@ -41,10 +41,10 @@ def small(**changes):
             "contact 0: tangential: unknown dof 'y'; known: x1, x2",
         ),
         (lambda: SCENE.replace(frction=1.0), "unknown field 'frction'; nearest: .*friction"),
-        (lambda: ss.sweep(SCENE, friction_2=[1.0, 2.0]), "friction_2: .*nearest: friction, friction_0"),
-        (lambda: ss.sweep(MODEL, Friction=[1.0, 2.0]), "Friction: .*nearest: friction"),
-        (lambda: ss.bifurcation(SCENE, sliderspeed=[1.0]), "nearest: slider_speed"),
-        (lambda: ss.critical_points(SCENE, mu=(0.0, 3.0)), "mu: a scene has no such parameter; known: "),
+        (lambda: ss.sweep(SCENE, {"friction_2": [1.0, 2.0]}), "friction_2: .*nearest: friction, friction_0"),
+        (lambda: ss.sweep(MODEL, {"Friction": [1.0, 2.0]}), "Friction: .*nearest: friction"),
+        (lambda: ss.bifurcation(SCENE, {"sliderspeed": [1.0]}), "nearest: slider_speed"),
+        (lambda: ss.critical_points(SCENE, {"mu": (0.0, 3.0)}), "mu: a scene has no such parameter; known: "),
         # what is handed over
         (lambda: ss.complex_modes(MODEL), "scene: expected a Scene, got <function.*; call it"),
         (
@@ -58,7 +58,7 @@ def small(**changes):
         (lambda: small(damping=1e-4), r"pass Rayleigh\(stiffness=beta\)"),
         (lambda: small(contacts=ss.Contact(tangential=0, normal=1, friction=0.5)), "got a single Contact"),
         (lambda: SCENE.replace(friction="1.5"), "friction: expected a number, or one per contact, got '1.5'"),
-        (lambda: ss.sweep(SCENE, friction=1.5), "expected one or two parameters with arrays of values"),
+        (lambda: ss.sweep(SCENE, {"friction": 1.5}), "expected one or two parameters with arrays of values"),
         # shapes and numbers
         (lambda: small(stiffness=np.eye(3)), r"stiffness: expected shape \(2, 2\), got \(3, 3\)"),
         (lambda: small(force=[1.0, 2.0, 3.0]), r"force: expected shape \(2,\), got \(3,\)"),
@@ -66,7 +66,7 @@ def small(**changes):
         (lambda: SCENE.replace(friction=-1), "contact 0: friction: must be >= 0, got -1"),
         (lambda: SCENE.replace(friction=[1.0, 2.0, 3.0]), r"one value per contact \(2\), got 3"),
         (lambda: ss.simulate(SCENE, "1 s", START), "duration: expected a real number, got '1 s'"),
-        (lambda: ss.critical_points(SCENE, friction=(3.0, 0.0)), "expected finite lower < upper"),
+        (lambda: ss.critical_points(SCENE, {"friction": (3.0, 0.0)}), "expected finite lower < upper"),
         (
             lambda: ss.simulate(SCENE, np.timedelta64(1, "s"), START),
             "duration: expected a real number, got np.timedelta64",

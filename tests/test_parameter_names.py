@@ -1,4 +1,4 @@
-"""One grammar of parameter names, and `over`, in every call that takes parameters."""
+"""One grammar of parameter names in every call that takes parameters."""
 
 import inspect
 from functools import partial
@@ -82,16 +82,16 @@ def eigenvalues(scene):
 
 
 def swept(model, over):
-    return ss.sweep(model, over=over).eigenvalue.to_numpy()[0]
+    return ss.sweep(model, over).eigenvalue.to_numpy()[0]
 
 
 def least_stable(model, over):
-    return ss.stability(model, over=over).eigenvalue.to_numpy()[:1]
+    return ss.stability(model, over).eigenvalue.to_numpy()[:1]
 
 
 def derived(model, over):
     ((name, values),) = over.items()
-    return ss.sensitivity(model, over={name: values[0]}).eigenvalue.to_numpy()
+    return ss.sensitivity(model, {name: values[0]}).eigenvalue.to_numpy()
 
 
 def saved(model, over):
@@ -135,137 +135,102 @@ NEAR = {
 def test_a_name_stands_for_the_same_number_in_searches_for_cycles(cycle, name):
     model = SCENE if name in ("friction", "friction_0", "slider_speed") else MODEL
     values = np.array(NEAR[name])
-    followed = ss.follow_branch(cycle, model, over={name: values})
-    traced = ss.trace_branch(cycle, model, over={name: values}, step=0.5)
+    traced = ss.continuation(cycle, {name: values}, model, step=0.5)
     scene = ss.Case(MODEL).replace(**{name: values[1]}).scene
     settled = ss.bifurcation(
-        model, over={name: values[1:]}, start=ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+        model, {name: values[1:]}, start=ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     )
     reached = ss.basins(
         model,
-        lambda made: ss.steady_sliding(made),
+        {name: values[1:]},
+        start=lambda made: ss.steady_sliding(made),
         velocity={"x1": [1e-3]},
-        over={name: values[1:]},
     )
     expected = cycle.continued(scene).period
     for found in (
-        followed.data.period.to_numpy()[-1],
+        traced.data.period.to_numpy()[-1],
         settled.data.period.to_numpy()[-1],
         reached.attractors[0].period,
     ):
         assert found == pytest.approx(expected, rel=1e-9)
-    # The last point of a traced branch lies within its range.
-    last = float(traced.data[name][-1])
-    assert values[0] <= last <= values[1]
+    # The last point lies at the end of the range, another within it.
+    assert traced.data[name][-1] == values[1]
+    last = float(traced.data[name][-2])
+    assert values[0] <= last < values[1]
     place = ss.Case(MODEL).replace(**{name: last}).scene
-    assert float(traced.data.period[-1]) == pytest.approx(cycle.continued(place).period, rel=1e-9)
-    assert ss.branch_points(cycle, model, over={name: values}, steps=1) == ()
+    assert float(traced.data.period[-2]) == pytest.approx(cycle.continued(place).period, rel=1e-9)
+    assert traced.points == ()
 
 
 def test_critical_points_are_those_of_the_same_number_by_any_name():
-    expected = [point.value for point in ss.critical_points(MODEL, friction=(0.0, 3.0))]
+    expected = [point.value for point in ss.critical_points(MODEL, {"friction": (0.0, 3.0)})]
     for model in (SCENE, own):
-        found = ss.critical_points(model, over={"friction": (0.0, 3.0)})
+        found = ss.critical_points(model, {"friction": (0.0, 3.0)})
         assert [point.value for point in found] == pytest.approx(expected, rel=1e-9)
-    one = [point.value for point in ss.hopf_points(SCENE, over={"friction_0": (0.0, 3.0)})]
+    one = [point.value for point in ss.critical_points(SCENE, {"friction_0": (0.0, 3.0)}, kinds=("hopf",))]
     for model, name in (
         (MODEL, "friction_0"),
         (own, "friction_0"),
         (NAMED, "friction_left"),
         (CHAIN, "friction_0"),
     ):
-        found = [point.value for point in ss.hopf_points(model, over={name: (0.0, 3.0)})]
+        found = [point.value for point in ss.critical_points(model, {name: (0.0, 3.0)}, kinds=("hopf",))]
         assert found == pytest.approx(one, rel=1e-9)
 
 
 def test_two_axes_of_parameters_and_starts_are_one_map():
-    found = ss.basins(SCENE, ss.steady_sliding, velocity={"x1": [1e-3]}, over={"friction": [0.5, 1.5]})
+    found = ss.basins(SCENE, {"friction": [0.5, 1.5]}, start=ss.steady_sliding, velocity={"x1": [1e-3]})
     assert found.map.dims == ("velocity_x1", "friction")
     assert found.attractors[0] == "equilibrium"
     assert isinstance(found.attractors[1], ss.Cycle)
 
 
-#: Calls that take parameters, with what else they need; each is told of one parameter.
+#: Calls that take parameters, with values of one.
 CALLS = {
-    ss.sweep: (np.array([1.5, 1.52]), ()),
-    ss.critical_points: ((1.4, 1.6), ()),
-    ss.hopf_points: ((1.4, 1.6), ()),
-    ss.stability: (np.array([1.5, 1.52]), ()),
-    ss.sensitivity: (1.5, ()),
-    ss.bifurcation: (np.array([1.5]), ()),
-    ss.follow_branch: (np.array([1.5]), ("cycle",)),
-    ss.trace_branch: ((1.5, 1.51), ("cycle",)),
-    ss.branch_points: ((1.5, 1.51), ("cycle",)),
-    ss.basins: (np.array([1.5, 1.52]), ("start",)),
+    ss.sweep: np.array([1.5, 1.52]),
+    ss.critical_points: (1.4, 1.6),
+    ss.stability: np.array([1.5, 1.52]),
+    ss.sensitivity: 1.5,
+    ss.bifurcation: np.array([1.5]),
+    ss.continuation: (1.5, 1.51),
+    ss.basins: np.array([1.5, 1.52]),
 }
+#: Those that begin at a cycle.
+OF_CYCLES = (ss.continuation,)
 
 
-def told(call, model, cycle, **arguments):
-    _, further = CALLS[call]
-    if "cycle" in further:
-        return call(cycle, model, **arguments)
-    if "start" in further:
-        return call(model, ss.steady_sliding, velocity={"x1": [1e-3]}, **arguments)
-    return call(model, **arguments)
-
-
-def options_of(call):
-    kinds = (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    return [name for name, one in inspect.signature(call).parameters.items() if one.kind in kinds]
+def called(call, model, cycle, parameters):
+    if call in OF_CYCLES:
+        return call(cycle, parameters, model)
+    return call(model, parameters, **({"velocity": {"x1": [1e-3]}} if call is ss.basins else {}))
 
 
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call.__name__)
-def test_an_option_never_hides_a_parameter(call, cycle):
-    values = CALLS[call][0]
-    for option in options_of(call):
-        # The colliding keyword scales friction, so that a default used in silence would change the answer.
-        source = f"def model(friction=1.5, {option}=1.0):\n    return MODEL(friction=friction * {option})\n"
-        space = {"MODEL": MODEL}
-        exec(source, space)
-        with pytest.raises(
-            ss.InputError, match=rf"^{option}: the model has such a parameter.*over={{\.\.\.}}"
-        ):
-            told(call, space["model"], cycle, friction=values)
+def test_parameters_are_the_second_argument_of_every_call(call):
+    assert list(inspect.signature(call).parameters)[1] == "parameters"
+    kinds = {one.kind for one in inspect.signature(call).parameters.values()}
+    assert inspect.Parameter.VAR_KEYWORD not in kinds
 
 
-def test_over_reaches_what_is_named_as_an_option():
+def test_a_parameter_may_be_named_as_an_option():
     def model(friction=1.5, progress=1.0):
         return MODEL(friction=friction * progress)
 
-    found = ss.sweep(model, over={"friction": [1.0, 1.2], "progress": 1.1}, progress=False)
-    expected = ss.sweep(MODEL, friction=[1.1, 1.32])
+    found = ss.sweep(model, {"friction": [1.0, 1.2], "progress": 1.1}, progress=False)
+    expected = ss.sweep(MODEL, {"friction": [1.1, 1.32]})
     assert found.eigenvalue.to_numpy() == pytest.approx(expected.eigenvalue.to_numpy(), rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        pytest.param(call, marks=[pytest.mark.slow] if call in (ss.trace_branch, ss.branch_points) else [])
-        for call in CALLS
-    ],
-    ids=lambda call: call.__name__,
-)
-def test_keywords_are_the_same_as_over(call, cycle):
-    values = CALLS[call][0]
-    by_keyword = told(call, SCENE, cycle, friction_0=values)
-    by_over = told(call, SCENE, cycle, over={"friction_0": values})
-    assert repr(by_keyword) == repr(by_over)
 
 
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call.__name__)
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("parameters", "message"),
     [
-        ({"over": [1.0, 2.0]}, "over: expected parameters by name"),
-        ({"over": {"friction": 1.0}, "friction": 2.0}, "friction: given both in over and as a keyword"),
-        ({"over": {"fricton": 1.0}}, "fricton: a scene has no such parameter; nearest: friction"),
-        (
-            {"over": {"friction_2": 1.0}},
-            "friction_2: a scene has no such parameter; nearest: friction, friction_0",
-        ),
-        ({"over": {"friction": 1.0, "friction_0": 1.0}}, "'friction_0' and 'friction' set the same number"),
+        ("friction", "parameters: expected (a sequence of names, or )?values by name"),
+        ({"fricton": 1.0}, "fricton: a scene has no such parameter; nearest: friction"),
+        ({"friction_2": 1.0}, "friction_2: a scene has no such parameter; nearest: friction, friction_0"),
+        ({"friction": 1.0, "friction_0": 1.0}, "'friction_0' and 'friction' set the same number"),
     ],
 )
-def test_wrong_names_are_refused_by_every_call(call, arguments, message, cycle):
+def test_wrong_names_are_refused_by_every_call(call, parameters, message, cycle):
     with pytest.raises(ss.InputError, match=message):
-        told(call, SCENE, cycle, **arguments)
+        called(call, SCENE, cycle, parameters)

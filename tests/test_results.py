@@ -46,12 +46,13 @@ def examples():
         "Mode": ss.complex_modes(scene)[2],
         "Reduced": ss.equations_of(scene, "+s"),
         "StatusTable": ss.status_table(scene, ["++", "ss"]),
-        "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
+        "CriticalPoint": ss.critical_points(scene, {"friction": (0.5, 1.0)}, kinds=("hopf",))[0],
+        "CriticalPoints": ss.critical_points(scene, {"friction": (0.5, 1.0)}),
         "Trajectory": run,
         "Motion": cycle.run,
         "Basins": ss.types.Basins(xr.DataArray([[0]], {"x": [0.5], "y": [1.0]}, ("x", "y")), (cycle,)),
-        "Bifurcation": ss.bifurcation(scene, friction=[1.5]),
-        "Branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
+        "Bifurcation": ss.bifurcation(scene, {"friction": [1.5]}),
+        "Branch": ss.continuation(cycle, {"friction": (1.5, 1.51)}, step=0.5),
         "Events": run.events,
         "Event": run.events[0],
         "Grazing": grazing,
@@ -61,7 +62,7 @@ def examples():
         "Harmonic": shaken.loads[0],
         "Switched": ss.Switched({"x1": 1.0}, times=[0.1], values=[1.0, 0.0]),
         "FrequencyResponse": ss.frequency_response(
-            shaken, "shaker", [1.0, 1.5], start=ss.State([0.0], [0.0], "")
+            shaken, {"shaker_frequency": [1.0, 1.5]}, start=ss.State([0.0], [0.0], "")
         ),
         "CyclePhase": cycle.phases[0],
         "Margin": cycle.margins()[0],
@@ -86,7 +87,8 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse",
+    "CriticalPoint", "CriticalPoints",
+    "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse",
     "Grazing", "Harmonic", "InputError", "Margin", "Mode",
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NoSteadyStateError", "NotPeriodicError",
     "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "RunInterrupted", "Scene",
@@ -110,6 +112,8 @@ def same(a, b):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, ss.types.Events):
         return same(vars_of(a, "time", "contact", "kind", "combination"), vars_of(b, *EVENTS))
+    if isinstance(a, ss.types.CriticalPoints):
+        return same(list(a), list(b)) and same(a.to_dataset(), b.to_dataset())
     if isinstance(a, ss.types.Motion | ss.Cycle):
         return same(a.scene, b.scene) and same(a.core.record(), b.core.record())
     if isinstance(a, ss.Scene):
@@ -363,7 +367,8 @@ RESULTS = [
 def test_every_result_is_here():
     classes = {getattr(space, name) for space in (ss, ss.types) for name in dir(space)}
     shown = {one.__name__ for one in classes if inspect.isclass(one) and hasattr(one, "to_dataset")}
-    assert shown == set(RESULTS)
+    # Critical points are drawn with the loci that they belong to.
+    assert shown == {*RESULTS, "CriticalPoints"}
 
 
 @pytest.mark.parametrize("name", RESULTS)

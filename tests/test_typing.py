@@ -32,8 +32,8 @@ modes = ss.complex_modes(scene, "+")
 assert_type(modes.frequencies, NDArray[np.float64])
 assert_type(modes.unstable, NDArray[np.bool_])
 assert_type(modes.combination, str)
-assert_type(ss.sweep(model, friction=np.linspace(0.0, 1.0, 5)), xr.Dataset)
-assert_type([p.value for p in ss.critical_points(scene, friction=(0.0, 1.0))], list[float])
+assert_type(ss.sweep(model, {"friction": np.linspace(0.0, 1.0, 5)}), xr.Dataset)
+assert_type([p.value for p in ss.critical_points(scene, {"friction": (0.0, 1.0)})], list[float])
 start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 assert_type(start, ss.State)
 try:
@@ -70,12 +70,13 @@ assert_type(cycle.plot.energy(), Figure)
 assert_type(cycle.balance().plot.flow(), Axes)
 assert_type(cycle.scene.plot(), Axes)
 # every other result
-points = ss.hopf_points(model, over={"friction": (0.0, 1.0)})
-assert_type(points, list[ss.types.CriticalPoint])
+points = ss.critical_points(model, {"friction": (0.0, 1.0)}, kinds=("hopf",))
+assert_type(points, ss.types.CriticalPoints)
+assert_type(points[:1], ss.types.CriticalPoints)
 assert_type(points[0].kind, Literal["hopf", "divergence", "lock_in", "crossing", "separation"])
-assert_type(ss.stability(scene, over={"friction_0": [0.1, 0.2]}), xr.Dataset)
-assert_type(ss.sensitivity(model, friction=0.5), xr.Dataset)
-assert_type(ss.entry_sensitivity(scene, "mass"), xr.DataArray)
+assert_type(ss.stability(scene, {"friction_0": [0.1, 0.2]}), xr.Dataset)
+assert_type(ss.sensitivity(model, {"friction": 0.5}), xr.Dataset)
+assert_type(ss.sensitivity(scene, entries="mass"), xr.Dataset)
 assert_type(start.contact_forces(scene), xr.Dataset)
 assert_type(ss.equations_of(scene, "+"), ss.types.Reduced)
 assert_type(ss.status_table(scene), ss.types.StatusTable)
@@ -99,15 +100,15 @@ assert_type(run.plot(), Axes)
 assert_type(cycle.run, ss.types.Motion)
 assert_type(cycle.margins(), tuple[ss.types.Margin, ...])
 assert_type(cycle.modes["+"], ss.Modes)
-diagram = ss.bifurcation(model, over={"friction": [0.5, 0.6]})
+diagram = ss.bifurcation(model, {"friction": [0.5, 0.6]})
 assert_type(diagram, ss.types.Bifurcation)
 assert_type(diagram.cycles, tuple[ss.Cycle | None, ...])
 assert_type(diagram.to_dataset(), xr.Dataset)
-branch = ss.follow_branch(cycle, friction=[0.5, 0.6])
+branch = ss.continuation(cycle, {"friction": (0.5, 0.6)})
 assert_type(branch, ss.types.Branch)
-assert_type(ss.trace_branch(cycle, friction=(0.5, 0.6)).folds, tuple[ss.types.BranchPoint, ...])
-assert_type(ss.branch_points(cycle, friction=(0.5, 0.6)), tuple[ss.types.BranchPoint, ...])
-reached = ss.basins(model, ss.steady_sliding, velocity={"x1": [0.0]}, over={"friction": [0.5]})
+assert_type(branch.points, tuple[ss.types.BranchPoint, ...])
+assert_type(branch.at(0.6), tuple[ss.Cycle, ...])
+reached = ss.basins(model, {"friction": [0.5]}, start=ss.steady_sliding, velocity={"x1": [0.0]})
 assert_type(reached, ss.types.Basins)
 assert_type(reached.attractors, tuple[ss.Cycle | str, ...])
 assert_type(reached.plot(), Axes)
@@ -121,7 +122,6 @@ assert_type(case, ss.Case)
 assert_type(case.simulate(), ss.Trajectory)
 assert_type(case.to_study(), ss.Study)
 assert_type(ss.load("run.nc"), xr.Dataset)
-assert_type(ss.reference.figures.figure_3(), Figure)
 assert_type(ss.load("scene.toml").scene, ss.Scene)
 """
 
@@ -132,7 +132,7 @@ WRONG = {
     "scene.friction = 3.0": "has no attribute",
     "cycle.period = 3.0": "read-only",
     "ss.complex_modes(scene, 3)": "incompatible type",
-    "ss.sweep(scene, over=[1.0])": "incompatible type",
+    "ss.sweep(scene, [1.0])": "incompatible type",
     "run.events[0].contcat": "has no attribute",
     "ss.types.Motoin": "has no attribute",
     'ss.modes.mac(scene, "+")': "incompatible type",

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 import stickslip as ss
-from stickslip.locus.units import parameter_units
+from stickslip.scene.parameters.units import parameter_units
 
 
 def missing(array):

@@ -25,7 +25,7 @@ def plot(**settings):
 
 def page(document):
     x, y = np.meshgrid(np.linspace(0, 3, 72), np.linspace(0.005, 0.1, 54))
-    verdicts = ss.stability(SCENE, over={"friction": x.ravel(), "slider_speed": y.ravel()})
+    verdicts = ss.stability(SCENE, {"friction": x.ravel(), "slider_speed": y.ravel()})
     growth = verdicts.growth_rate.to_numpy().reshape(x.shape)
     stability = plot(x_range=(0, 3), y_range=(0.005, 0.1))
     stability.image([growth], x=0, y=0.005, dw=3, dh=0.095, palette="RdBu11")
@@ -47,7 +47,7 @@ def page(document):
     def moved(event):
         friction, speed = min(max(event.x, 0.75), 3.0), min(max(event.y, 0.005), 0.1)
         scene = SCENE.replace(friction=friction, slider_speed=speed)
-        swept = ss.sweep(scene, friction=np.linspace(0, 3, 41), progress=False).eigenvalue.to_numpy()
+        swept = ss.sweep(scene, {"friction": np.linspace(0, 3, 41)}, progress=False).eigenvalue.to_numpy()
         upper = swept[:, swept.imag.mean(axis=0) > 0.0].T
         branches.data = {"xs": list(upper.real), "ys": list(np.abs(upper) / (2.0 * np.pi))}
         modes = ss.complex_modes(scene).eigenvalues

@@ -1,12 +1,10 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, fe, modes, plot, reference, study, types
+from . import errors, fe, modes, plot, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
-from .cycles.branches.arclength import trace_branch
-from .cycles.branches.branch import follow_branch
-from .cycles.branches.branch_points import branch_points
+from .cycles.branches.continuation import continuation
 from .cycles.cycle import Cycle
 from .cycles.frequency_response import FrequencyResponse, frequency_response
 from .energy.modal import modal_energy
@@ -15,8 +13,8 @@ from .errors import InputError, RunError, StickslipError
 from .explorer import explore
 from .files.case import Case
 from .files.saved import load, save
-from .locus.critical import critical_points, hopf_points
-from .locus.sensitivity import entry_sensitivity, sensitivity
+from .locus.critical import critical_points
+from .locus.sensitivity import sensitivity
 from .locus.stability import stability
 from .locus.sweep import sweep
 from .modes.complex_modes import complex_modes
@@ -59,19 +57,16 @@ __all__ = [
     "__version__",
     "basins",
     "bifurcation",
-    "branch_points",
     "complex_modes",
+    "continuation",
     "critical_points",
     "disturbed_sliding",
-    "entry_sensitivity",
     "equations_of",
     "errors",
     "explore",
     "fe",
-    "follow_branch",
     "frequency_response",
     "friction",
-    "hopf_points",
     "load",
     "modal_energy",
     "mode_power",
@@ -79,7 +74,6 @@ __all__ = [
     "models",
     "modes",
     "plot",
-    "reference",
     "save",
     "sensitivity",
     "simulate",
@@ -89,7 +83,6 @@ __all__ = [
     "steady_sliding",
     "study",
     "sweep",
-    "trace_branch",
     "types",
     "write_report",
 ]

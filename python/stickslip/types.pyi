@@ -5,7 +5,7 @@ from .cycles.bifurcation import Bifurcation
 from .cycles.branches.branch import Branch, BranchPoint
 from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
-from .locus.critical import CriticalPoint
+from .locus.points import CriticalPoint, CriticalPoints
 from .modes.modes import Mode
 from .modes.status_table import StatusTable
 from .motion.events import Accumulation, Event, Events, Grazing
@@ -21,6 +21,7 @@ __all__ = [
     "Branch",
     "BranchPoint",
     "CriticalPoint",
+    "CriticalPoints",
     "CyclePhase",
     "Equilibrium",
     "Event",

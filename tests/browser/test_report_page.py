@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from paper.section import known
 from PIL import Image
 
 import stickslip as ss
@@ -28,7 +29,7 @@ def files(tmp_path_factory):
         ),
     }
     for name, scene in scenes.items():
-        ss.write_report(scene, folder / f"{name}.html", known=ss.reference.known(scene))
+        ss.write_report(scene, folder / f"{name}.html", known=known(scene))
     return folder
 
 

@@ -130,7 +130,7 @@ def test_sweep(brake, tmp_path):
     printed = run("sweep", brake, "-o", tmp_path / "loci.nc", "--plot", tmp_path / "loci.svg").stdout
     assert "301 scenes over friction: 71 stable, 230 unstable" in printed
     assert "0.701567173085" in printed
-    branches = ss.sweep(ss.load(brake).model, friction=np.linspace(0.0, 3.0, 301))
+    branches = ss.sweep(ss.load(brake).model, {"friction": np.linspace(0.0, 3.0, 301)})
     found = ss.load(tmp_path / "loci.nc")
     assert found.eigenvalue.values.tobytes() == branches.eigenvalue.values.tobytes()
     assert found.eigenvalue.attrs["units"] == "1/s"
@@ -263,11 +263,11 @@ def test_simulate(brake, tmp_path):
 
 
 def test_cycle(brake, tmp_path):
-    printed = run("cycle", brake, "-o", tmp_path / "cycle.json").stdout
+    printed = run("cycle", brake, "-o", tmp_path / "cycle.nc").stdout
     for fact in ("period +8.90849261 ms", "main line +112.252 Hz", "stability +stable"):
         assert re.search(fact, printed)
     cycle = ss.load(brake).simulate().limit_cycle()
-    found = ss.load(tmp_path / "cycle.json")
+    found = ss.load(tmp_path / "cycle.nc")
     assert found.attrs["period"] == cycle.period
     assert found.multiplier.values.tobytes() == cycle.multipliers.tobytes()
     assert found.combination.values.tolist() == list(cycle.combinations)
@@ -286,7 +286,7 @@ def test_cycle(brake, tmp_path):
         (["modes", "SCENE", "--set", "friction=" + "1" * 5000], "expected NAME=VALUE"),
         (["modes", "SCENE", "--set", "friction=-1"], "friction: must be >= 0, got -1"),
         (["modes", "SCENE", "-c", "+x"], "+x"),
-        (["modes", "SCENE", "-o", "modes.xls"], "expected a file .nc, .json, .csv"),
+        (["modes", "SCENE", "-o", "modes.xls"], "expected a file .nc, .csv"),
         (["modes", "SCENE", "-o", "no/where.nc"], "no such folder: no"),
         (["modes", "SCENE", "--plot", "modes.doc"], "expected a file .pdf"),
         (["modes", "SCENE", "--json", "--csv"], "exclude each other"),
@@ -354,26 +354,13 @@ def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_
 
 @pytest.mark.slow
 def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_path):
-    target = tmp_path / "part.json"
+    target = tmp_path / "part.nc"
     interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
     interrupt.start()
     result = run("simulate", brake, "--duration", "1e7", "-o", target, "--csv", "--samples", "2", code=130)
     interrupt.join()
     assert "interrupted" in result.stderr
     assert 0.0 < ss.load(target).attrs["duration"] < 1e7
-
-
-@pytest.mark.slow
-def test_figures(tmp_path):
-    said = run("figures", 2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg").stderr
-    assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
-    written = sorted((tmp_path / "new" / "folder").iterdir())
-    assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
-    assert all("<svg" in path.read_text()[:1000] for path in written)
-    run("figures", 2, "--output", tmp_path, "--format", "png")
-    # A column of a journal, 85 mm, at 300 points per inch.
-    assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
-    assert "16 is not in the range 2<=x<=15" in run("figures", 16, code=2).stderr
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

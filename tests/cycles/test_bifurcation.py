@@ -27,7 +27,7 @@ def block(speed=0.1, stiffness_damping=1e-4):
 
 def test_a_diagram_over_friction():
     values = np.array([0.69, 0.8, 1.5, 2.2, 3.0])
-    found = ss.bifurcation(ss.models.two_subsystems(), friction=values)
+    found = ss.bifurcation(ss.models.two_subsystems(), {"friction": values})
     diagram = found.data
     assert [cycle is None for cycle in found.cycles] == [True, False, False, False, False]
     assert list(diagram.kind.to_numpy()) == ["equilibrium", *["cycle"] * 4]
@@ -38,13 +38,13 @@ def test_a_diagram_over_friction():
     assert np.isnan(diagram.amplitude.sel(friction=0.69)).all()
     assert (diagram.amplitude.sel(friction=1.5, dof=["x1", "x2", "x3"]) > 0.0).all()
     # Each value is computed by itself: alone it gives the same bits.
-    alone = ss.bifurcation(ss.models.two_subsystems(), friction=values[3:4], stretch=0.5)
-    again = ss.bifurcation(ss.models.two_subsystems(), friction=values[2:4], stretch=0.5)
+    alone = ss.bifurcation(ss.models.two_subsystems(), {"friction": values[3:4]}, stretch=0.5)
+    again = ss.bifurcation(ss.models.two_subsystems(), {"friction": values[2:4]}, stretch=0.5)
     assert float(alone.data.period[0]) == float(again.data.period[1])
 
 
 def test_the_doubling_point():
-    points = ss.branch_points(cycle_at(2.4), friction=(2.4, 2.7), steps=6)
+    points = ss.continuation(cycle_at(2.4), {"friction": (2.4, 2.7)}, step=0.2).points
     (point,) = [point for point in points if point.kind == "period_doubling"]
     assert abs(point.multiplier + 1.0) <= 1e-8
     assert point.value == pytest.approx(2.546, abs=5e-4)  # design, section 3
@@ -52,18 +52,21 @@ def test_the_doubling_point():
 
 
 def test_the_branch_goes_on_unstable_beyond_the_doubling():
-    branch = ss.follow_branch(cycle_at(2.4), friction=np.array([2.4, 2.6, 3.0]))
-    assert list(branch.data.stable.to_numpy()) == [True, False, False]
+    values = [2.4, 2.6, 3.0]
+    branch = ss.continuation(cycle_at(2.4), {"friction": (2.4, 3.0)}, at=[2.6], step=0.3)
+    assert branch.at(2.5) == ()
+    found = [orbit for value in values for orbit in branch.at(value)]
+    assert [orbit.stable for orbit in found] == [True, False, False]
     assert branch.data.followed.all()
     assert (np.abs(branch.data.period - branch.data.period[0]) < 1e-4).all()
-    assert (branch.data.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
+    assert all(orbit.multipliers.real.min() < -1.0 for orbit in found[1:])
 
 
 @pytest.mark.slow
 def test_a_touch_is_found_from_both_sides():
     """Contact 1 lifts off below friction 1.612: from above N touches zero, from below the flight shrinks."""
-    (above,) = ss.branch_points(cycle_at(1.7), friction=(1.7, 1.5), steps=10)
-    (below,) = ss.branch_points(cycle_at(1.55), friction=(1.55, 1.7), steps=10)
+    (above,) = ss.continuation(cycle_at(1.7), {"friction": (1.7, 1.5)}, step=0.1).points
+    (below,) = ss.continuation(cycle_at(1.55), {"friction": (1.55, 1.7)}, step=0.1).points
     assert above.kind == below.kind == "grazing"
     assert (above.contact, above.event) == (below.contact, below.event) == (1, "release")
     # The square of the flight's duration, extrapolated to zero: its own rounding is that of Newton's method.
@@ -74,7 +77,7 @@ def test_a_touch_is_found_from_both_sides():
 
 
 def test_events_that_meet_switch_the_sequence():
-    (point,) = ss.branch_points(cycle_at(1.4), friction=(1.4, 1.3), steps=5)
+    (point,) = ss.continuation(cycle_at(1.4), {"friction": (1.4, 1.3)}, step=0.2).points
     assert point.kind == "switching"
     assert cycle_at(point.value + 1e-3).combinations != cycle_at(point.value - 1e-3).combinations
 
@@ -179,7 +182,7 @@ def test_coexisting_attractors_and_their_basins():
     scene = block()
     found = ss.basins(
         scene,
-        ss.steady_sliding(scene),
+        start=ss.steady_sliding(scene),
         position={"x1": [0.0, 5e-4]},
         velocity={"x1": [-0.5, -0.02, 0.0]},
     )
@@ -209,7 +212,7 @@ def test_a_fold_of_a_bi_stable_scene():
     assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
     run = ss.simulate(scene, 2.0, ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5}))
     cycle = run.limit_cycle(3.0)
-    branch = ss.trace_branch(cycle, slider_speed=(0.1, 0.05), points=150)
+    branch = ss.continuation(cycle, {"slider_speed": (0.1, 0.05)}, points=150)
     (fold,) = branch.folds
     assert fold.kind == "fold"
     assert abs(fold.multiplier - 1.0) <= 1e-8
@@ -233,18 +236,19 @@ def test_a_fold_of_a_bi_stable_scene():
     ]
     largest = [branch.cycles[k].transverse_multipliers.real.max() for k in sides]
     assert largest[0] < 1.0 < largest[1]
-    # The same fold from the walk over values.
-    points = ss.branch_points(cycle, slider_speed=(0.1, 0.08), steps=10)
-    assert points[-1].kind == "fold"
-    assert points[-1].value == pytest.approx(fold.value, rel=1e-9)
+    assert "fold" in str(branch.summary())
+    # The same fold in longer steps, and both orbits at a value above it.
+    again = ss.continuation(cycle, {"slider_speed": (0.1, 0.08)}, at=[above], step=0.1)
+    assert again.folds[0].value == pytest.approx(fold.value, rel=1e-9)
+    assert [orbit.stable for orbit in again.at(above)] == [True, False]
 
 
 def test_hysteresis_over_slider_speed():
     """Stick-slip lives on above the speed from which small motions no longer start it."""
     speeds = np.linspace(0.05, 1.0, 12)
     moving = lambda scene: ss.steady_sliding(scene).perturbed(velocity={"x1": -0.5})  # noqa: E731
-    up = ss.bifurcation(block(), slider_speed=speeds, follow=True, start=moving)
-    down = ss.bifurcation(block(), slider_speed=speeds[::-1], follow=True)
+    up = ss.bifurcation(block(), {"slider_speed": speeds}, follow=True, start=moving)
+    down = ss.bifurcation(block(), {"slider_speed": speeds[::-1]}, follow=True)
     kinds_up, kinds_down = up.data.kind.to_numpy(), down.data.kind.to_numpy()[::-1]
     assert kinds_up[0] == "cycle"
     assert kinds_up[-1] == kinds_down[-1] == "equilibrium"
@@ -252,39 +256,41 @@ def test_hysteresis_over_slider_speed():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "options", "message"),
     [
-        ({}, "parameter"),
-        ({"friction": 1.5}, "parameter"),
-        ({"friction": [1.0], "slider_speed": [0.1]}, "parameter"),
-        ({"friction": [1.0, np.nan]}, "friction"),
-        ({"friction": []}, "friction"),
-        ({"fricton": [1.0]}, "fricton"),
-        ({"friction": [-1.0]}, "friction"),
-        ({"friction": [1.5], "stretch": 0.0}, "stretch"),
-        ({"friction": [1.5], "limit": np.inf}, "limit"),
-        ({"friction": [1.5], "start": 3}, "start"),
+        ({}, {}, "parameter"),
+        ("friction", {}, "parameters: expected values by name"),
+        ({"friction": 1.5}, {}, "parameter"),
+        ({"friction": [1.0], "slider_speed": [0.1]}, {}, "parameter"),
+        ({"friction": [1.0, np.nan]}, {}, "friction"),
+        ({"friction": []}, {}, "friction"),
+        ({"fricton": [1.0]}, {}, "fricton"),
+        ({"friction": [-1.0]}, {}, "friction"),
+        ({"friction": [1.5]}, {"stretch": 0.0}, "stretch"),
+        ({"friction": [1.5]}, {"limit": np.inf}, "limit"),
+        ({"friction": [1.5]}, {"start": 3}, "start"),
     ],
 )
-def test_ill_posed_diagrams(arguments, message):
+def test_ill_posed_diagrams(arguments, options, message):
     with pytest.raises(ss.InputError, match=message):
-        ss.bifurcation(ss.models.two_subsystems(), **arguments)
+        ss.bifurcation(ss.models.two_subsystems(), arguments, **options)
 
 
 def test_ill_posed_basins_and_branches():
     scene = block()
     with pytest.raises(ss.InputError, match="expected two axes"):
-        ss.basins(scene, ss.steady_sliding(scene), velocity={"x1": [0.0]})
+        ss.basins(scene, start=ss.steady_sliding(scene), velocity={"x1": [0.0]})
     cycle = cycle_at(1.5)
     with pytest.raises(ss.InputError, match="begin, end"):
-        ss.branch_points(cycle, friction=(1.5, 1.5))
+        ss.continuation(cycle, {"friction": (1.5, 1.5)})
+    with pytest.raises(ss.InputError, match=r"at: expected values from 1\.5 to 1\.6, got \[1\.7\]"):
+        ss.continuation(cycle, {"friction": (1.5, 1.6)}, at=[1.7])
     with pytest.raises(ss.InputError, match="scene"):
         cycle.continued(block())
 
 
-@pytest.mark.parametrize("call", [ss.branch_points, ss.trace_branch])
-def test_a_branch_that_does_not_begin_at_its_cycle_says_where_to_begin(call):
+def test_a_branch_that_does_not_begin_at_its_cycle_says_where_to_begin():
     first = r"friction: no orbit is found at the first value, 1 \("
     hint = r"\); begin at the value of the cycle, 1\.5$"
     with pytest.raises(ss.errors.OrbitError, match=f"{first}.*{hint}"):
-        call(cycle_at(1.5), friction=(1.0, 3.0))
+        ss.continuation(cycle_at(1.5), {"friction": (1.0, 3.0)})

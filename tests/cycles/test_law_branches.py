@@ -50,7 +50,7 @@ def touching_speed() -> float:
 
 
 def test_the_branch_is_born_at_the_hopf_point():
-    point = ss.critical_points(block(0.2), slider_speed=(0.1, 0.5))[0]
+    point = ss.critical_points(block(0.2), {"slider_speed": (0.1, 0.5)})[0]
     assert point.value == pytest.approx(HOPF, abs=1e-12)
     near, further = (small_cycle((1.0 + e) * HOPF, guess) for e, guess in ((5e-4, 0.011), (1e-3, 0.016)))
     assert near.stable is False
@@ -67,14 +67,14 @@ def test_the_branch_is_born_at_the_hopf_point():
 
 def test_the_branch_touches_the_stick_slip_cycle_at_its_fold():
     speed = 1.01 * HOPF
-    small = ss.branch_points(small_cycle(speed), slider_speed=(speed, 0.8))
-    large = ss.branch_points(stick_slip(0.2), slider_speed=(0.2, 0.8))
+    small = ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.8)}).points
+    large = ss.continuation(stick_slip(0.2), {"slider_speed": (0.2, 0.8)}).points
     assert [point.kind for point in (*small, *large)] == ["grazing", "grazing"]
     assert small[0].value == pytest.approx(large[0].value, rel=2e-8)
     assert small[0].value == pytest.approx(touching_speed(), rel=1e-8)
     assert small[0].event == "velocity"
     # Towards the Hopf point the branch ends without an event.
-    assert ss.branch_points(small_cycle(speed), slider_speed=(speed, 0.98 * HOPF)) == ()
+    assert ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.98 * HOPF)}).points == ()
 
 
 @pytest.mark.parametrize("speed", [0.35, 0.45, 0.55])
@@ -82,7 +82,7 @@ def test_sliding_and_stick_slip_coexist(speed):
     """Sliding and stick-slip are stable there, and the cycle between them is not."""
     scene = block(speed)
     assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
-    branch = ss.follow_branch(small_cycle(1.01 * HOPF), slider_speed=np.linspace(1.01 * HOPF, speed, 6))
+    branch = ss.continuation(small_cycle(1.01 * HOPF), {"slider_speed": (1.01 * HOPF, speed)}, step=0.2)
     between, large = branch.cycles[-1], stick_slip(speed)
     assert branch.data.followed.all()
     assert large.combinations == ("+", "s")
@@ -108,7 +108,7 @@ def test_sliding_and_stick_slip_coexist(speed):
 
 
 def test_calls_over_many_scenes_take_laws():
-    found = ss.bifurcation(block(0.2), slider_speed=np.array([0.15, 0.2]))
+    found = ss.bifurcation(block(0.2), {"slider_speed": np.array([0.15, 0.2])})
     for cycle, speed in zip(found.cycles, (0.15, 0.2), strict=True):
         assert cycle is not None
         assert cycle.period == pytest.approx(stick_slip(speed).period, rel=1e-11)
@@ -117,13 +117,13 @@ def test_calls_over_many_scenes_take_laws():
 def test_basins_and_bifurcations_tell_sliding_from_stick_slip():
     scene = block(0.4)
     sliding = ss.steady_sliding(scene)
-    found = ss.basins(scene, sliding, velocity={"x": [0.1, 0.39]}, position={"x": [0.0, 0.01]})
+    found = ss.basins(scene, start=sliding, velocity={"x": [0.1, 0.39]}, position={"x": [0.0, 0.01]})
     assert found.map.values.tolist() == [[0, 1], [0, 1]]
     assert found.attractors[0] == "equilibrium"
     assert "".join(found.attractors[1].combinations) == "+s"
     diagram = ss.bifurcation(
         scene,
-        slider_speed=[0.2, 0.4, 0.8],
+        {"slider_speed": [0.2, 0.4, 0.8]},
         start=lambda scene: ss.State([0.0], [scene.contacts[0].slider_speed], "s", dofs=scene.dofs),
     )
     assert diagram.to_dataset().kind.values.tolist() == ["cycle", "cycle", "equilibrium"]

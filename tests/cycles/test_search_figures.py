@@ -20,7 +20,7 @@ def axes():
 @pytest.fixture(scope="module")
 def map_of_starts():
     start = ss.steady_sliding(SCENE)
-    return ss.basins(SCENE, start, velocity={"x1": [-1e-3, 1e-3]}, over={"friction": [0.5, 0.6, 1.5]})
+    return ss.basins(SCENE, {"friction": [0.5, 0.6, 1.5]}, start=start, velocity={"x1": [-1e-3, 1e-3]})
 
 
 def test_basins_are_drawn_where_they_were_asked(axes, map_of_starts):
@@ -51,7 +51,7 @@ def test_basins_read_back_are_drawn_alike_and_what_is_missing_is_seen(axes, map_
 
 
 def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
-    diagram = ss.bifurcation(SCENE, friction=[0.5, 1.5, 1.52])
+    diagram = ss.bifurcation(SCENE, {"friction": [0.5, 1.5, 1.52]})
     assert diagram.plot(ax=axes) is axes
     largest = diagram.cycles[1].amplitude
     assert axes.get_ylabel() == f"amplitude of {largest.dof.to_numpy()[largest.to_numpy().argmax()]}, µm"
@@ -65,7 +65,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     assert [line.get_xydata().tolist() for line in other.lines] == [
         line.get_xydata().tolist() for line in axes.lines
     ]
-    branch = ss.trace_branch(diagram.cycles[1], friction=(1.5, 1.6), step=0.3)
+    branch = ss.continuation(diagram.cycles[1], {"friction": (1.5, 1.6)}, step=0.3)
     along = branch.plot("x2", ax=Figure().add_subplot())
     assert along.get_xlabel() == "friction coefficient"
     values = np.concatenate([line.get_xdata() for line in along.lines])
@@ -74,9 +74,9 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
 
 def test_maps_and_studies_are_drawn_from_their_datasets():
     values = np.linspace(0.2, 2.5, 4)
-    swept = ss.sweep(SCENE, over={"friction_0": values, "friction_1": values})
+    swept = ss.sweep(SCENE, {"friction_0": values, "friction_1": values})
     assert isinstance(ss.plot.stability_map(swept), Figure)
-    assert isinstance(ss.plot.loci(ss.sweep(SCENE, friction=values)), Figure)
+    assert isinstance(ss.plot.loci(ss.sweep(SCENE, {"friction": values})), Figure)
     results = ss.Study(SCENE, {"friction": values}).run(progress=False)
     assert isinstance(results, xr.Dataset)
     assert isinstance(ss.plot.study(results), Figure)

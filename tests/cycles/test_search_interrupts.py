@@ -28,11 +28,11 @@ SEARCH = """
         return ss.steady_sliding(scene).perturbed(velocity={"x1": speed, "x2": speed})
 
     def diagram(follow):
-        ss.bifurcation(scene, friction=[0.15, 0.18, 0.21, 0.22], start=start, follow=follow, limit=1e6)
+        ss.bifurcation(scene, {"friction": [0.15, 0.18, 0.21, 0.22]}, start=start, follow=follow, limit=1e6)
 
     def basins():
         start = ss.steady_sliding(scene)
-        ss.basins(scene, start, velocity={"x1": [0.0, -0.5], "x2": [0.0, -0.5]}, limit=1e6)
+        ss.basins(scene, start=start, velocity={"x1": [0.0, -0.5], "x2": [0.0, -0.5]}, limit=1e6)
 
     def cycle():
         moving = scene.replace(friction=0.21)

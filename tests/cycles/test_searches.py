@@ -29,12 +29,12 @@ def cycle(pad):
 
 def test_searches_agree_where_contacts_strike_in_turn(pad, cycle):
     # Two contacts strike in turn, infinitely often in a finite time: roundings say how many impacts are met.
-    diagram = ss.bifurcation(pad, friction=[0.6]).data
+    diagram = ss.bifurcation(pad, {"friction": [0.6]}).data
     assert diagram.kind.item() == "cycle"
     assert diagram.period.item() == pytest.approx(cycle.period, rel=SAME)
     assert diagram.stability.item() == cycle.stability == "stable"
     assert diagram.largest_multiplier.item() == pytest.approx(cycle.largest_multiplier, abs=1e-6)
-    basins = ss.basins(pad, disturbed_sliding(pad), position={"x1": [0.0]}, velocity={"x2": [0.0]})
+    basins = ss.basins(pad, start=disturbed_sliding(pad), position={"x1": [0.0]}, velocity={"x2": [0.0]})
     (reached,) = basins.attractors
     assert reached.period == pytest.approx(cycle.period, rel=SAME)
     study = ss.Study(

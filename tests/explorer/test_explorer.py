@@ -21,7 +21,7 @@ from equal_chain import PART
 from stickslip.cli import main
 from stickslip.explorer import picture, sound
 from stickslip.explorer.knobs import joint, knobs
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def test_a_stable_point_says_so_and_an_ill_posed_one_why(page):
 
 def test_loci_and_map_are_those_of_the_package(page):
     found = asked(page, "/loci", values={}, x=["friction", 0.0, 3.0], count=31, critical=True)
-    sweep = ss.sweep(ss.models.two_subsystems, friction=np.linspace(0.0, 3.0, 31), progress=False)
+    sweep = ss.sweep(ss.models.two_subsystems, {"friction": np.linspace(0.0, 3.0, 31)}, progress=False)
     growth = unpacked(found["growth"]).reshape(found["branches"], 31)
     assert growth.max() == pytest.approx(float(sweep.eigenvalue.to_numpy().real.max()), rel=1e-6)
     grows = unpacked(found["unstable"]).reshape(growth.shape)
@@ -123,9 +123,7 @@ def test_loci_and_map_are_those_of_the_package(page):
         page, "/map", values={}, x=["friction", 0.0, 3.0], y=["inclination_0", 0.1, 0.5], columns=7, rows=5
     )
     x, y = np.meshgrid(np.linspace(0.0, 3.0, 7), np.linspace(0.1, 0.5, 5))
-    verdicts = ss.stability(
-        ss.models.two_subsystems, over={"friction": x.ravel(), "inclination_0": y.ravel()}
-    )
+    verdicts = ss.stability(ss.models.two_subsystems, {"friction": x.ravel(), "inclination_0": y.ravel()})
     expected = np.where(verdicts.steady_sliding, verdicts.growth_rate, np.nan)
     assert unpacked(answer["unstable"])[:, 0].tolist() == (verdicts.unstable_modes > 0).values.tolist()
     assert unpacked(answer["growth"])[:, 0] == pytest.approx(expected, rel=1e-6, nan_ok=True)

@@ -18,7 +18,7 @@ def block():
 @pytest.mark.slow
 def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
     values = np.array([0.6, 0.0, 0.3])
-    swept = ss.sweep(block, "++++++", friction=values, band=BAND)
+    swept = ss.sweep(block, {"friction": values}, combination="++++++", band=BAND)
     assert np.abs(swept.attrs["missing"]).max() < 0.01
     assert list(swept.attrs["doubts"]) == []
     for k, value in enumerate(values):
@@ -32,7 +32,7 @@ def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
         assert np.all(error <= 1e-9 * modes.condition[modes.frequencies <= BAND[1]] * np.abs(expected))
         assert bool(swept["stable"][k]) == (not modes.unstable[modes.frequencies <= BAND[1]].any())
     # The branches are the continuous ones: their slopes lead from one value to a close one.
-    near = ss.sweep(block, "++++++", friction=[0.3, 0.3 + 1e-6], band=BAND)
+    near = ss.sweep(block, {"friction": [0.3, 0.3 + 1e-6]}, combination="++++++", band=BAND)
     step = near["eigenvalue"].values[1] - near["eigenvalue"].values[0]
     slope = near["derivative"].values[0]
     known = np.isfinite(slope)
@@ -42,8 +42,14 @@ def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
 
 @pytest.mark.slow
 def test_hopf_points_of_a_band_are_those_of_the_full_scene(block):
-    expected = [p for p in ss.hopf_points(block, "++++++", friction=(0.0, 0.3)) if p.frequency <= BAND[1]]
-    found = ss.hopf_points(block, "++++++", friction=(0.0, 0.3), band=BAND)
+    expected = [
+        p
+        for p in ss.critical_points(block, {"friction": (0.0, 0.3)}, combination="++++++", kinds=("hopf",))
+        if p.frequency <= BAND[1]
+    ]
+    found = ss.critical_points(
+        block, {"friction": (0.0, 0.3)}, combination="++++++", band=BAND, kinds=("hopf",)
+    )
     assert len(found) == len(expected) > 1
     for point, other in zip(found, expected, strict=True):
         assert abs(point.value - other.value) <= 1e-9
@@ -54,11 +60,11 @@ def test_hopf_points_of_a_band_are_those_of_the_full_scene(block):
 
 def test_few_dofs_are_followed_as_they_are():
     scene = ss.models.two_subsystems()
-    points = ss.critical_points(scene, friction=(0.0, 3.0))
-    band = ss.critical_points(scene, friction=(0.0, 3.0), band=(100.0, 200.0))
+    points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
+    band = ss.critical_points(scene, {"friction": (0.0, 3.0)}, band=(100.0, 200.0))
     assert [p.value for p in band] == [p.value for p in points if 100.0 <= p.frequency <= 200.0]
     assert len(band) > 0
-    swept = ss.sweep(scene, friction=[0.1, 1.5], band=(100.0, 200.0))
+    swept = ss.sweep(scene, {"friction": [0.1, 1.5]}, band=(100.0, 200.0))
     inside = (swept["frequency"] >= 100.0) & (swept["frequency"] <= 200.0)
     assert bool(inside.any("friction").all())
 
@@ -72,17 +78,17 @@ def test_what_does_not_go_with_a_band_is_refused():
         ({"band": (3.0, 1.0)}, "band: expected"),
     ):
         with pytest.raises(ss.InputError, match=message):
-            ss.sweep(scene, friction=[0.0, 1.0], **options)
+            ss.sweep(scene, {"friction": [0.0, 1.0]}, **options)
     frictions = {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]}
     with pytest.raises(ss.InputError, match="band: expected one parameter with an array"):
-        ss.sweep(scene, over=frictions, band=(0.0, 1e3))
+        ss.sweep(scene, frictions, band=(0.0, 1e3))
 
 
 def test_verdicts_on_a_band_are_those_of_its_modes(block):
     values = np.array([0.35, 0.0, 0.2])
-    found = ss.stability(block, "++++++", friction=values, band=BAND)
+    found = ss.stability(block, {"friction": values}, combination="++++++", band=BAND)
     assert np.abs(found.attrs["missing"]).max() < 0.01
-    every = ss.stability(block, "++++++", friction=values)
+    every = ss.stability(block, {"friction": values}, combination="++++++")
     np.testing.assert_array_equal(found.steady_sliding, every.steady_sliding)
     np.testing.assert_allclose(found.normal_force, every.normal_force, rtol=1e-8)
     for k, value in enumerate(values):
@@ -93,23 +99,25 @@ def test_verdicts_on_a_band_are_those_of_its_modes(block):
         assert error <= 1e-9 * modes.condition[worst] * abs(modes.eigenvalues[worst])
         assert found.unstable_modes[k] == np.count_nonzero(modes.unstable & upper)
     with pytest.raises(ss.InputError, match="band: of a large scene expected samples of one parameter"):
-        ss.stability(block, "++++++", friction=values, slider_speed=values + 1.0, band=BAND)
+        ss.stability(
+            block, {"friction": values, "slider_speed": values + 1.0}, combination="++++++", band=BAND
+        )
     with pytest.raises(ss.InputError, match="growth: needs a band"):
-        ss.stability(block, "++++++", friction=values, growth=(0.0, None))
+        ss.stability(block, {"friction": values}, combination="++++++", growth=(0.0, None))
 
 
 def test_verdicts_on_a_band_of_few_dofs():
     scene = ss.models.two_subsystems()
     values = np.array([0.5, 2.2])
     band = (100.0, 140.0)
-    found = ss.stability(scene, "++", friction=values, band=band)
+    found = ss.stability(scene, {"friction": values}, combination="++", band=band)
     for k, value in enumerate(values):
         modes = ss.complex_modes(scene.replace(friction=value), "++", band=band)
         worst = modes.eigenvalues[np.argmax(modes.eigenvalues.real)]
         assert found.eigenvalue.values[k].real == worst.real
         assert found.unstable_modes[k] == np.count_nonzero(modes.unstable) // 2
     # Nothing oscillates at some kHz.
-    nothing = ss.stability(scene, "++", friction=values, band=(3e3, 5e3))
+    nothing = ss.stability(scene, {"friction": values}, combination="++", band=(3e3, 5e3))
     assert np.isnan(nothing.growth_rate).all()
     assert not nothing.unstable_modes.any()
 
@@ -126,8 +134,8 @@ def test_sensitivities_of_a_band_are_those_of_all_modes(block):
         (model, {"friction": 0.25, "softer": 0.1}),
     )
     for what, values in asked:
-        every = ss.sensitivity(what, "++++++", over=values)
-        part = ss.sensitivity(what, "++++++", over=values, band=BAND)
+        every = ss.sensitivity(what, values, combination="++++++")
+        part = ss.sensitivity(what, values, combination="++++++", band=BAND)
         inside = np.abs(every.eigenvalue.to_numpy()) <= 2.0 * np.pi * BAND[1]
         expected = every.sel(mode=inside)
         assert part.sizes["mode"] == expected.sizes["mode"] > 10

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import stickslip as ss
 from quad_block import quad_block
 from stickslip.locus.path import Sliding
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
 
 EPS = np.finfo(float).eps
 
@@ -18,7 +18,7 @@ def kinds(points, kind):
 
 
 def test_published_model_to_eleven_digits():
-    points = ss.critical_points(ss.models.two_subsystems(), friction=(0.0, 3.0))
+    points = ss.critical_points(ss.models.two_subsystems(), {"friction": (0.0, 3.0)})
     assert [point.kind for point in points] == ["lock_in", "hopf", "lock_in", "hopf", "crossing"]
     values = [point.value for point in points]
     # Reference values of 60-digit arithmetic, printed to 14 digits.
@@ -29,15 +29,15 @@ def test_published_model_to_eleven_digits():
 
 
 def test_a_model_function_gives_the_same_points():
-    exact = ss.critical_points(ss.models.two_subsystems(), friction=(0.0, 3.0))
-    sampled = ss.critical_points(ss.models.two_subsystems, friction=(0.0, 3.0))
+    exact = ss.critical_points(ss.models.two_subsystems(), {"friction": (0.0, 3.0)})
+    sampled = ss.critical_points(ss.models.two_subsystems, {"friction": (0.0, 3.0)})
     assert [p.kind for p in sampled] == [p.kind for p in exact]
     assert [p.value for p in sampled] == pytest.approx([p.value for p in exact], rel=1e-12)
 
 
 def test_hopf_points_are_zeros_of_the_real_part():
     scene = ss.models.two_subsystems()
-    points = ss.hopf_points(scene, friction=(0.0, 3.0))
+    points = ss.critical_points(scene, {"friction": (0.0, 3.0)}, kinds=("hopf",))
     assert len(points) == 2
     for point in points:
         modes = ss.complex_modes(scene.replace(friction=point.value))
@@ -78,7 +78,7 @@ def exact_pencil(scene):
 @pytest.mark.parametrize("difference", [0.0, 1e-6, 1e-3, 0.1, 2.0])
 def test_exceptional_points_of_unequal_damping_are_complex(difference):
     model = two_modes(difference)
-    points = ss.critical_points(model, friction=(0.0, 1.5), proximity=0.5)
+    points = ss.critical_points(model, {"friction": (0.0, 1.5)}, proximity=0.5)
     (lock_in,) = kinds(points, "lock_in")
     damping, k0, k1 = exact_pencil(model(0.0))
     # A double root of det(lambda^2 + lambda C + K0 + mu K1), by polynomial algebra: discriminant in lambda.
@@ -97,7 +97,7 @@ def test_exceptional_points_of_unequal_damping_are_complex(difference):
 
 def test_without_damping_flutter_begins_at_the_lock_in():
     scene = ss.models.two_subsystems(damping=0.0)
-    points = ss.critical_points(scene, friction=(0.0, 3.0))
+    points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
     assert kinds(points, "hopf") == []
     assert [point.value for point in kinds(points, "lock_in")] == pytest.approx(
         [0.612484152848669, 1.989108991216879], rel=1e-13
@@ -106,7 +106,7 @@ def test_without_damping_flutter_begins_at_the_lock_in():
 
 def test_divergence_is_where_the_stiffness_is_singular():
     scene = ss.models.two_subsystems()
-    (point,) = kinds(ss.critical_points(scene, "--", friction=(0.0, 5.0)), "divergence")
+    (point,) = kinds(ss.critical_points(scene, {"friction": (0.0, 5.0)}, combination="--"), "divergence")
     stiffness = ss.equations_of(scene.replace(friction=point.value), "--").stiffness
     singular = np.linalg.svd(stiffness, compute_uv=False)
     assert singular[-1] <= 64 * EPS * singular[0]
@@ -132,7 +132,7 @@ def test_two_crossings_inside_one_interval_are_found(centre, half_distance):
     def rate(p):
         return (p - centre) ** 2 - half_distance**2
 
-    points = kinds(ss.critical_points(oscillators([rate]), p=(-1.5, 1.5)), "hopf")
+    points = kinds(ss.critical_points(oscillators([rate]), {"p": (-1.5, 1.5)}), "hopf")
     expected = [centre - half_distance, centre + half_distance]
     assert [point.value for point in points] == pytest.approx(expected, abs=1e-11)
     assert [point.direction for point in points] == [-1, 1]
@@ -141,7 +141,7 @@ def test_two_crossings_inside_one_interval_are_found(centre, half_distance):
 @given(st.floats(-0.5, 0.5), st.floats(0.05, 0.5))
 def test_the_lead_passes_where_growth_rates_are_equal(first, distance):
     growth = [lambda p: -1.0, lambda p: -1.0 + (p - first), lambda p: -1.0 + 3.0 * (p - first - distance)]
-    points = kinds(ss.critical_points(oscillators(growth), p=(-1.0, 2.0)), "crossing")
+    points = kinds(ss.critical_points(oscillators(growth), {"p": (-1.0, 2.0)}), "crossing")
     expected = [first, first + 1.5 * distance]
     assert [point.value for point in points] == pytest.approx([p for p in expected if p < 2.0], abs=1e-12)
 
@@ -151,31 +151,70 @@ def test_every_leader_of_a_fan_of_tangents_is_found(distances):
     """Growth rates along tangents of p^2 lead one after another, also several within one step."""
     touched = np.concatenate([[0.0], np.cumsum(distances)]) - 0.5 * sum(distances)
     growth = [lambda p, t=t: 2.0 * t * p - t**2 - 3.0 for t in touched]
-    points = kinds(ss.critical_points(oscillators(growth), p=(-1.5, 1.5)), "crossing")
+    points = kinds(ss.critical_points(oscillators(growth), {"p": (-1.5, 1.5)}), "crossing")
     expected = 0.5 * (touched[1:] + touched[:-1])
     assert [point.value for point in points] == pytest.approx(expected, abs=1e-10)
 
 
 def test_parameters_beside_the_range_are_fixed():
-    (point,) = ss.hopf_points(ss.models.two_subsystems, friction=1.5, damping=(1e-5, 1e-3))
+    (point,) = ss.critical_points(
+        ss.models.two_subsystems, {"friction": 1.5, "damping": (1e-5, 1e-3)}, kinds=("hopf",)
+    )
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5, damping=point.value))
     assert np.abs(modes.eigenvalues.real).min() <= 1e-12 * point.value * abs(point.slope)
     assert point.direction == -1
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "options", "message"),
     [
-        ({"friction": (1.0, 0.0)}, "friction: expected finite lower < upper"),
-        ({"friction": (0.0, 1.0, 2.0)}, "friction: expected a range"),
-        ({"friction": 1.0}, "expected one parameter with a range"),
-        ({"friction": (0.0, 1.0), "proximity": -1.0}, "proximity: must be >= 0"),
-        ({"friction": (-1.0, 1.0)}, "friction: must be >= 0, got -1"),
+        ({"friction": (1.0, 0.0)}, {}, "friction: expected finite lower < upper"),
+        ({"friction": (0.0, 1.0, 2.0)}, {}, "friction: expected a range"),
+        ({"friction": 1.0}, {}, "expected one with a range"),
+        ({"friction": (0.0, 1.0)}, {"proximity": -1.0}, "proximity: must be >= 0"),
+        ({"friction": (-1.0, 1.0)}, {}, "friction: must be >= 0, got -1"),
+        ({"friction": (0.0, 1.0)}, {"kinds": "hopf"}, "kinds: expected some of .*'hopf'.*, got 'hopf'"),
+        ({"friction": (0.0, 1.0)}, {"kinds": ("hopf", "fold")}, "kinds: expected some of"),
+        ({"friction": (0.0, 1.0)}, {"kinds": ()}, "kinds: expected some of"),
     ],
 )
-def test_hostile_ranges_are_refused(arguments, message):
+def test_hostile_ranges_are_refused(arguments, options, message):
     with pytest.raises(ss.InputError, match=message):
-        ss.critical_points(ss.models.two_subsystems(), **arguments)
+        ss.critical_points(ss.models.two_subsystems(), arguments, **options)
+
+
+def test_points_are_a_sequence_and_a_table():
+    scene = ss.models.two_subsystems()
+    points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
+    assert [point.kind for point in points] == [points[k].kind for k in range(len(points))]
+    assert isinstance(points[1:], ss.types.CriticalPoints)
+    assert list(points[1:]) == list(points)[1:]
+    with pytest.raises(IndexError):
+        points[len(points)]
+    data = points.to_dataset()
+    assert data.friction.values.tolist() == [point.value for point in points]
+    assert data.friction.units == "1"
+    assert data.eigenvalue.values[0] == points[0].eigenvalue
+    assert points.to_dataframe().kind.tolist() == [point.kind for point in points]
+    (table,) = points.summary().tables
+    assert [row[0] for row in table.rows] == [point.kind.replace("_", "-") for point in points]
+    assert repr(points).startswith(f"CriticalPoints({len(points)} over friction)\n  CriticalPoint(")
+    speeds = ss.critical_points(ss.models.two_subsystems, {"slider_speed": (0.01, 0.02)}).to_dataset()
+    assert speeds.slider_speed.units == "m/s"
+    assert speeds.sizes["point"] == 0
+
+
+def test_kinds_are_those_among_all_points():
+    scene = ss.models.two_subsystems()
+    every = ss.critical_points(scene, {"friction": (0.0, 3.0)})
+    for kind in ("hopf", "crossing", "lock_in"):
+        found = ss.critical_points(scene, {"friction": (0.0, 3.0)}, kinds=(kind,))
+        assert {point.kind for point in found} <= {kind}
+        assert [p.value for p in found] == pytest.approx(
+            [p.value for p in every if p.kind == kind], rel=1e-12
+        )
+    both = ss.critical_points(scene, {"friction": (0.0, 3.0)}, kinds=["hopf", "crossing"])
+    assert [p.kind for p in both] == [p.kind for p in every if p.kind in ("hopf", "crossing")]
 
 
 def counted_hopf_points(model, **parameter):
@@ -192,8 +231,8 @@ def test_hopf_points_alone_are_those_among_all_critical_points():
     for _ in range(6):
         spread = {name: rng.uniform(0.7, 1.4, 2) for name in ("upper_mass", "contact_mass")}
         scene = ss.models.two_subsystems(damping=10.0 ** rng.uniform(-6.0, -4.0), **spread)
-        every = kinds(ss.critical_points(scene, friction=(0.0, 3.0)), "hopf")
-        alone = ss.hopf_points(scene, friction=(0.0, 3.0))
+        every = kinds(ss.critical_points(scene, {"friction": (0.0, 3.0)}), "hopf")
+        alone = ss.critical_points(scene, {"friction": (0.0, 3.0)}, kinds=("hopf",))
         assert [p.value for p in alone] == pytest.approx([p.value for p in every], rel=1e-12)
         assert [p.direction for p in alone] == [p.direction for p in every]
         found += len(every)
@@ -235,7 +274,7 @@ def test_hopf_points_are_the_zeros_of_lapacks_real_parts():
         for a, b, before, after in zip(grid, grid[1:], growing, growing[1:], strict=False)
         for k in range(min(before, after), max(before, after), 2)
     ]
-    points = ss.hopf_points(scene, friction=(0.0, 0.3))
+    points = ss.critical_points(scene, {"friction": (0.0, 0.3)}, kinds=("hopf",))
     assert len(expected) == 3
     # LAPACK's eigenvalues err by some ulp of the largest one.
     largest = scipy.linalg.norm(np.diag(1.0 / scene.mass) @ scene.stiffness, 2) ** 0.5
@@ -266,13 +305,15 @@ def test_hopf_points_tell_of_a_lock_in_without_one(damping):
         contacts=[contact],
     )
     (lock_in,) = [
-        point for point in ss.critical_points(scene, friction=(0.0, 1.0)) if point.kind == "lock_in"
+        point for point in ss.critical_points(scene, {"friction": (0.0, 1.0)}) if point.kind == "lock_in"
     ]
     assert lock_in.value == pytest.approx(0.5, rel=1e-12)
     if damping:
-        assert len(ss.hopf_points(scene, friction=(0.0, 1.0))) == 1
+        assert len(ss.critical_points(scene, {"friction": (0.0, 1.0)}, kinds=("hopf",))) == 1
         return
-    with pytest.warns(UserWarning, match=r"a mode grows at friction = 1: .*critical_points"):
-        assert ss.hopf_points(scene, friction=(0.0, 1.0)) == []
+    with pytest.warns(
+        UserWarning, match=r"critical_points: .*a mode grows at friction = 1: .*ask for these kinds"
+    ):
+        assert not ss.critical_points(scene, {"friction": (0.0, 1.0)}, kinds=("hopf",))
     # Neutral at both ends of a range below the lock-in.
-    assert ss.hopf_points(scene, friction=(0.0, 0.4)) == []
+    assert not ss.critical_points(scene, {"friction": (0.0, 0.4)}, kinds=("hopf",))

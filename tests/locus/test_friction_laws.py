@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.locus import critical
-from stickslip.scene.family import Family
 from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.parameters.family import Family
 
 STRIBECK = Stribeck(0.5, 0.3, 0.1)
 LAWS = [
@@ -86,10 +86,12 @@ def test_a_table_gives_hopf_points_where_its_slope_balances_the_damping(directio
     expected = np.sort(derivative.solve(-0.07, extrapolate=False))
     assert len(expected) == 3
     limits = sorted((0.01 * direction, 0.9 * direction))
-    points = ss.critical_points(block(TABLE), slider_speed=limits)
+    points = ss.critical_points(block(TABLE), {"slider_speed": limits})
     found = np.sort([abs(point.value) for point in points if point.kind == "hopf"])
     np.testing.assert_allclose(found, expected, rtol=1e-12)
-    (only,) = ss.hopf_points(block(TABLE), slider_speed=sorted((0.01 * direction, 0.5 * direction)))
+    (only,) = ss.critical_points(
+        block(TABLE), {"slider_speed": sorted((0.01 * direction, 0.5 * direction))}, kinds=("hopf",)
+    )
     assert abs(only.value) == pytest.approx(expected[0], rel=1e-12)
 
 
@@ -97,25 +99,27 @@ def test_a_model_that_slides_at_a_function_of_its_parameter_is_divided_at_the_kn
     def model(turns: float) -> ss.Scene:
         return block(TABLE, speed=0.3 * turns**2)
 
-    points = ss.critical_points(model, turns=(0.3, 1.7))
-    speeds = [point.value for point in ss.critical_points(block(TABLE), slider_speed=(0.027, 0.867))]
+    points = ss.critical_points(model, {"turns": (0.3, 1.7)})
+    speeds = [point.value for point in ss.critical_points(block(TABLE), {"slider_speed": (0.027, 0.867)})]
     np.testing.assert_allclose([0.3 * point.value**2 for point in points], speeds, rtol=1e-12)
-    swept = ss.sweep(model, turns=np.linspace(0.3, 1.7, 29))
+    swept = ss.sweep(model, {"turns": np.linspace(0.3, 1.7, 29)})
     expected = [ss.complex_modes(model(float(value))).eigenvalues.real.max() for value in swept.turns]
     np.testing.assert_allclose(swept.eigenvalue.real.max("branch"), expected, rtol=1e-10, atol=1e-12)
 
 
 def test_falling_friction_gives_a_hopf_point_in_closed_form():
     # c + N mu'(v) = 0 with mu' = -(static - kinetic) / speed exp(-v / speed).
-    (point,) = ss.critical_points(block(STRIBECK), slider_speed=(0.05, 1.0))
+    (point,) = ss.critical_points(block(STRIBECK), {"slider_speed": (0.05, 1.0)})
     assert (point.kind, point.cause, point.direction) == ("hopf", "falling friction", -1)
     assert point.value == pytest.approx(0.1 * np.log(20.0 / 0.7), rel=1e-12)
-    (point,) = ss.hopf_points(block(STRIBECK), friction_kinetic=(0.1, 0.5))
+    (point,) = ss.critical_points(block(STRIBECK), {"friction_kinetic": (0.1, 0.5)}, kinds=("hopf",))
     assert point.value == pytest.approx(0.5 - 0.1 * 0.07 * np.exp(2.0), rel=1e-12)
-    (point,) = ss.hopf_points(block(Linear(0.4, 0.0)), friction_slope=(-0.2, 0.2))
+    (point,) = ss.critical_points(block(Linear(0.4, 0.0)), {"friction_slope": (-0.2, 0.2)}, kinds=("hopf",))
     assert point.value == pytest.approx(-0.07, rel=1e-12)
     # (static - kinetic) / speed (1 + v / speed)^-2 N = c
-    (point,) = ss.hopf_points(block(Rational(0.5, 0.3, 0.1)), slider_speed=(0.05, 1.0))
+    (point,) = ss.critical_points(
+        block(Rational(0.5, 0.3, 0.1)), {"slider_speed": (0.05, 1.0)}, kinds=("hopf",)
+    )
     assert point.value == pytest.approx(0.1 * (np.sqrt(2.0 * 10.0 / 0.7) - 1.0), rel=1e-12)
 
 
@@ -135,7 +139,7 @@ def test_a_hopf_point_over_every_number_of_the_law():
         "friction_speed": (0.02, 0.1),
     }
     for name, value in expected.items():
-        (point,) = ss.critical_points(block(STRIBECK), over={name: around[name]})
+        (point,) = ss.critical_points(block(STRIBECK), {name: around[name]})
         assert (point.kind, point.cause) == ("hopf", "falling friction")
         assert point.value == pytest.approx(value, rel=1e-12)
 
@@ -152,7 +156,7 @@ def test_where_one_slides_by_a_law_and_another_sticks_there_are_no_modes():
 def test_mode_coupling_is_told_apart():
     """Where friction rises with speed, only the coupling of modes is left to destabilise."""
     scene = ss.models.two_subsystems(friction=Linear(0.1, 1e-3), slider_speed=0.2, preload_displacement=1e-3)
-    points = ss.hopf_points(scene, friction_mu0=(0.1, 2.0))
+    points = ss.critical_points(scene, {"friction_mu0": (0.1, 2.0)}, kinds=("hopf",))
     assert points
     assert {point.cause for point in points} == {"mode coupling"}
     assert "mode coupling" in repr(points[0])
@@ -178,12 +182,12 @@ def test_parameters_of_laws_have_names_everywhere():
     assert scene.replace(friction_kinetic=0.2).contacts[0].friction.kinetic == 0.2
     with pytest.raises(ss.InputError, match="friction_static_1"):
         scene.replace(friction_static_1=0.7)
-    swept = ss.sweep(scene, friction_speed_0=[0.05, 0.1])
+    swept = ss.sweep(scene, {"friction_speed_0": [0.05, 0.1]})
     assert swept.friction_speed_0.attrs["units"] == "m/s"
     single = ss.complex_modes(scene).eigenvalues
     found = swept.eigenvalue.sel(friction_speed_0=0.1).values
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(single), rtol=1e-9)
-    verdicts = ss.stability(scene, friction_static_0=[0.4, 0.5])
+    verdicts = ss.stability(scene, {"friction_static_0": [0.4, 0.5]})
     assert verdicts.growth_rate[1] == pytest.approx(single.real.max(), rel=1e-9)
 
 
@@ -233,11 +237,11 @@ def test_ill_posed_laws_are_refused(make, message):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda model: ss.sweep(model, friction=[0.1, 0.2]),
-        lambda model: ss.stability(model, friction=[0.1, 0.2]),
-        lambda model: ss.hopf_points(model, friction=(0.1, 0.2)),
+        lambda model: ss.sweep(model, {"friction": [0.1, 0.2]}),
+        lambda model: ss.stability(model, {"friction": [0.1, 0.2]}),
+        lambda model: ss.critical_points(model, {"friction": (0.1, 0.2)}, kinds=("hopf",)),
         lambda model: ss.sensitivity(model),
-        lambda model: ss.sweep(model, over={"friction_0": [0.1, 0.2]}),
+        lambda model: ss.sweep(model, {"friction_0": [0.1, 0.2]}),
     ],
     ids=["sweep", "stability", "hopf_points", "sensitivity", "one contact"],
 )
@@ -254,7 +258,7 @@ def test_a_number_never_replaces_a_law_in_silence(law, call):
 
 def test_a_law_and_the_number_of_a_contact_without_a_law_may_be_set():
     chain = functools.partial(ss.models.two_subsystems, friction=[STRIBECK, 0.3], slider_speed=0.2)
-    assert np.isfinite(ss.stability(chain, over={"friction_1": [0.1, 0.2]}).growth_rate).all()
+    assert np.isfinite(ss.stability(chain, {"friction_1": [0.1, 0.2]}).growth_rate).all()
     table = {"law": "stribeck", "static": 0.6, "kinetic": 0.3, "speed": 0.1}
     assert Family(block(STRIBECK)).replaced({"friction": table}).contacts[0].friction.static == 0.6
 

@@ -31,10 +31,10 @@ FOLLOWING = """
 @pytest.mark.parametrize(
     "call",
     [
-        "lambda: ss.sweep(scene, modes=24, friction=np.linspace(0.0, 0.6, 10001))",
-        "lambda: ss.sweep(scene, friction=np.linspace(0.0, 0.6, 10001), progress=False)",
-        "lambda: ss.critical_points(scene, friction=(0.0, 0.6))",
-        "lambda: ss.hopf_points(scene, friction=(0.0, 0.6))",
+        'lambda: ss.sweep(scene, {"friction": np.linspace(0.0, 0.6, 10001)}, modes=24)',
+        'lambda: ss.sweep(scene, {"friction": np.linspace(0.0, 0.6, 10001)}, progress=False)',
+        'lambda: ss.critical_points(scene, {"friction": (0.0, 0.6)})',
+        'lambda: ss.critical_points(scene, {"friction": (0.0, 0.6)}, kinds=("hopf",))',
     ],
     ids=["leading modes", "all modes", "critical points", "Hopf points"],
 )

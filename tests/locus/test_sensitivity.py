@@ -17,7 +17,7 @@ def nearest(values, target):
     [("friction", 1.5), ("damping", 1e-4), ("wall_stiffness", 1.8e6), ("link_vertical_stiffness", 2.4e5)],
 )
 def test_against_finite_differences(name, value):
-    found = ss.sensitivity(ss.models.two_subsystems, **{"friction": 1.5, name: value})
+    found = ss.sensitivity(ss.models.two_subsystems, {"friction": 1.5, name: value})
     step = 1e-4 * value
     low, high = (
         ss.complex_modes(ss.models.two_subsystems(**{"friction": 1.5, name: value + side})).eigenvalues
@@ -56,7 +56,7 @@ def test_against_complex_steps():
 
 def test_contacts_add_up():
     scene = ss.models.two_subsystems(friction=(1.2, 0.9))
-    found = ss.sensitivity(scene, parameters=("friction", "friction_0", "friction_1")).derivative.to_numpy()
+    found = ss.sensitivity(scene, ("friction", "friction_0", "friction_1")).derivative.to_numpy()
     assert found[0] == pytest.approx(found[1] + found[2], rel=1e-12)
 
 
@@ -72,7 +72,7 @@ def test_entries_of_matrices(matrix):
     def scene(**changed):
         return ss.Scene(**{**dense, **changed}, force=reference.force, contacts=reference.contacts)
 
-    found = ss.entry_sensitivity(scene(), matrix)
+    found = ss.sensitivity(scene(), entries=matrix).entry_derivative
     # Entries among the upper masses: a full mass matrix that couples contacts is another model.
     for i, j in ((0, 0), (0, 1), (1, 4)):
         step = 1e-5 * np.abs(np.diag(dense[matrix])).max()
@@ -110,16 +110,16 @@ def test_at_a_lock_in_only_the_mean_has_a_derivative(distance):
 
 
 def test_a_parameter_at_the_end_of_its_domain():
-    found = ss.sensitivity(ss.models.two_subsystems, friction=0.0)
+    found = ss.sensitivity(ss.models.two_subsystems, {"friction": 0.0})
     inside = ss.sensitivity(ss.models.two_subsystems(friction=0.0))
     assert found.derivative.to_numpy() == pytest.approx(inside.derivative.to_numpy(), rel=1e-9)
 
 
 def test_a_scene_and_its_model_agree_at_any_value():
     names = ("friction_0", "friction_1")
-    at = ss.sensitivity(ss.models.two_subsystems(), parameters=names, friction=0.5)
-    there = ss.sensitivity(ss.models.two_subsystems(friction=0.5), parameters=names)
-    model = ss.sensitivity(ss.models.two_subsystems, parameters=names, over={"friction": 0.5})
+    at = ss.sensitivity(ss.models.two_subsystems(), dict.fromkeys(names, 0.5))
+    there = ss.sensitivity(ss.models.two_subsystems(friction=0.5), names)
+    model = ss.sensitivity(ss.models.two_subsystems, dict.fromkeys(names, 0.5))
     assert (at.derivative.to_numpy() == there.derivative.to_numpy()).all()
     assert model.derivative.to_numpy() == pytest.approx(there.derivative.to_numpy(), rel=1e-9)
 
@@ -127,13 +127,15 @@ def test_a_scene_and_its_model_agree_at_any_value():
 def test_hostile_input():
     scene = ss.models.two_subsystems()
     with pytest.raises(ss.InputError, match="stifness: a scene has no such parameter"):
-        ss.sensitivity(scene, parameters=("stifness",))
-    with pytest.raises(ss.InputError, match="parameters: expected a sequence of names, got 'friction'"):
-        ss.sensitivity(scene, parameters="friction")
+        ss.sensitivity(scene, ("stifness",))
+    with pytest.raises(
+        ss.InputError, match="parameters: expected a sequence of names, or values by name, got 'friction'"
+    ):
+        ss.sensitivity(scene, "friction")
     with pytest.raises(ss.InputError, match="vertical_stiffness: has no one value to start from"):
-        ss.sensitivity(ss.models.two_subsystems, parameters=("vertical_stiffness",))
-    with pytest.raises(ss.InputError, match="matrix: expected one of"):
-        ss.entry_sensitivity(scene, "inertia")
+        ss.sensitivity(ss.models.two_subsystems, ("vertical_stiffness",))
+    with pytest.raises(ss.InputError, match="entries: expected one of"):
+        ss.sensitivity(scene, entries="inertia")
 
 
 def rubbing(**changes) -> ss.Scene:
@@ -164,15 +166,15 @@ def test_a_law_over_slip_speed_is_differentiated(name, value):
         ss.complex_modes(scene.replace(**{name: value + side * step})).eigenvalues for side in (1.0, -1.0)
     )
     expected = (above - below) / (2.0 * step)
-    for found in (ss.sensitivity(scene, parameters=[name]), ss.sensitivity(scene, over={name: value})):
+    for found in (ss.sensitivity(scene, [name]), ss.sensitivity(scene, {name: value})):
         # Differences err by the square of the step.
         np.testing.assert_allclose(found.derivative.to_numpy()[0], expected, rtol=1e-6, atol=1e-9)
 
 
 def test_stiffness_that_moves_the_slope_of_friction_is_refused():
     with pytest.raises(ss.InputError, match="stiffness also changes normal forces"):
-        ss.entry_sensitivity(rubbing(), "stiffness")
-    assert np.isfinite(ss.entry_sensitivity(rubbing(), "damping")).all()
+        ss.sensitivity(rubbing(), entries="stiffness")
+    assert np.isfinite(ss.sensitivity(rubbing(), entries="damping").entry_derivative).all()
 
 
 def test_a_compliant_contact_is_differentiated():

@@ -33,7 +33,7 @@ def samples(count, seed=0):
 
 def test_sampled_models_equal_their_scenes():
     drawn = samples(200)
-    found = ss.stability(ss.models.two_subsystems, **drawn)
+    found = ss.stability(ss.models.two_subsystems, drawn)
     for i in range(200):
         values = {name: value[i, 0] if value.shape[1:] == (1,) else value[i] for name, value in drawn.items()}
         modes = ss.complex_modes(ss.models.two_subsystems(**values))
@@ -45,9 +45,9 @@ def test_sampled_models_equal_their_scenes():
 
 def test_a_scene_over_friction_and_a_function_agree():
     friction = np.linspace(0.0, 3.0, 40)
-    fast = ss.stability(ss.models.two_subsystems, friction=friction)
-    path = ss.stability(ss.models.two_subsystems(), friction=friction)
-    scenes = ss.stability(lambda mu: ss.models.two_subsystems(friction=mu), mu=friction)
+    fast = ss.stability(ss.models.two_subsystems, {"friction": friction})
+    path = ss.stability(ss.models.two_subsystems(), {"friction": friction})
+    scenes = ss.stability(lambda mu: ss.models.two_subsystems(friction=mu), {"mu": friction})
     for other in (path, scenes):
         assert other.growth_rate.to_numpy() == pytest.approx(fast.growth_rate.to_numpy(), abs=1e-9)
         assert (other.unstable_modes.to_numpy() == fast.unstable_modes.to_numpy()).all()
@@ -67,7 +67,7 @@ def test_other_combinations_and_general_damping():
     for combination in ("+-", "s+", "dd"):
         modes = ss.complex_modes(scene, combination)
         for model in (scene, dense):
-            found = ss.stability(model, combination, friction=[2.2])
+            found = ss.stability(model, {"friction": [2.2]}, combination=combination)
             assert float(found.growth_rate[0]) == pytest.approx(largest(modes), rel=1e-9)
 
 
@@ -84,4 +84,4 @@ def test_other_combinations_and_general_damping():
 )
 def test_hostile_samples_are_refused(arguments, message):
     with pytest.raises(ss.InputError, match=message):
-        ss.stability(ss.models.two_subsystems, **arguments)
+        ss.stability(ss.models.two_subsystems, arguments)

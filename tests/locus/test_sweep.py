@@ -47,7 +47,7 @@ def test_branches_that_cross_are_followed_through(gradients, seed, points, data)
         return 1e4 * (starts + gradients * p)
 
     values = np.linspace(-1.0, 1.0, points)
-    found = ss.sweep(rotated_oscillators(stiffness, seed), p=values)
+    found = ss.sweep(rotated_oscillators(stiffness, seed), {"p": values})
     expected = np.sqrt(np.array([stiffness(p) for p in values]))
     frequencies = 2 * np.pi * found.frequency.to_numpy()
     # Each branch is one of the straight lines from end to end; the rounding of k moves sqrt(k) by half as
@@ -66,7 +66,7 @@ def test_branches_that_veer_are_not_swapped(gap, seed, points, centre):
         return 1e4 * np.array([4.0 + (p - centre), 4.0 - (p - centre), 9.0])
 
     values = np.linspace(-1.0, 1.0, points)
-    found = ss.sweep(rotated_oscillators(stiffness, seed, coupling=1e4 * gap), p=values)
+    found = ss.sweep(rotated_oscillators(stiffness, seed, coupling=1e4 * gap), {"p": values})
     frequencies = upper(found)
     assert (np.diff(np.abs(frequencies), axis=1) > 0.0).all()
 
@@ -75,7 +75,7 @@ def test_a_grid_point_on_the_crossing_itself_does_not_matter():
     def stiffness(p):
         return 1e4 * np.array([4.0 + p, 4.0 - p, 9.0])
 
-    found = ss.sweep(rotated_oscillators(stiffness, 3), p=np.linspace(-1.0, 1.0, 21))
+    found = ss.sweep(rotated_oscillators(stiffness, 3), {"p": np.linspace(-1.0, 1.0, 21)})
     squares = np.abs(upper(found)) ** 2
     assert squares[0] == pytest.approx([3e4, 5e4, 9e4], rel=1e-12)
     assert squares[-1] == pytest.approx([5e4, 3e4, 9e4], rel=1e-12)
@@ -86,7 +86,7 @@ def test_double_eigenvalues_all_along_are_no_obstacle():
     def stiffness(p):
         return 1e4 * np.array([4.0 + p, 4.0 + p, 9.0, 6.0 - p])
 
-    found = ss.sweep(rotated_oscillators(stiffness, 5), p=np.linspace(-1.0, 1.0, 33))
+    found = ss.sweep(rotated_oscillators(stiffness, 5), {"p": np.linspace(-1.0, 1.0, 33)})
     assert np.abs(upper(found)[-1]) ** 2 == pytest.approx([5e4, 5e4, 5e4, 9e4], rel=1e-12)
     assert found.meetings.size == 0
 
@@ -94,7 +94,7 @@ def test_double_eigenvalues_all_along_are_no_obstacle():
 def test_reference_model_equals_its_modes_at_every_point():
     scene = ss.models.two_subsystems()
     values = np.linspace(0.0, 3.0, 31)
-    found = ss.sweep(scene, friction=values, vectors=True)
+    found = ss.sweep(scene, {"friction": values}, vectors=True)
     for friction, row in zip(values, found.eigenvalue.to_numpy(), strict=True):
         modes = ss.complex_modes(scene.replace(friction=friction))
         order = np.lexsort((-row.imag, np.abs(row.imag), np.abs(row)))
@@ -104,7 +104,7 @@ def test_reference_model_equals_its_modes_at_every_point():
 
 def test_vectors_solve_the_problem_and_are_biorthogonal():
     scene = ss.models.two_subsystems()
-    found = ss.sweep(scene, friction=np.linspace(0.0, 3.0, 13), vectors=True)
+    found = ss.sweep(scene, {"friction": np.linspace(0.0, 3.0, 13)}, vectors=True)
     for friction in found.friction.to_numpy():
         point = found.sel(friction=friction)
         modes = ss.complex_modes(scene.replace(friction=friction))
@@ -119,7 +119,7 @@ def test_vectors_solve_the_problem_and_are_biorthogonal():
 
 def test_a_model_function_gives_what_its_scenes_give():
     values = np.array([0.1, 0.9, 0.35])
-    found = ss.sweep(lambda angle: ss.models.two_subsystems(inclination=(angle, 0.75)), angle=values)
+    found = ss.sweep(lambda angle: ss.models.two_subsystems(inclination=(angle, 0.75)), {"angle": values})
     assert found.angle.to_numpy() == pytest.approx(values, abs=0.0)
     for angle, row in zip(values, found.eigenvalue.to_numpy(), strict=True):
         modes = ss.complex_modes(ss.models.two_subsystems(inclination=(angle, 0.75)))
@@ -131,7 +131,7 @@ def test_a_model_function_gives_what_its_scenes_give():
 
 def test_derivatives_are_those_of_the_branches():
     step = 1e-5
-    found = ss.sweep(ss.models.two_subsystems(), friction=1.3 + step * np.array([-1.0, 0.0, 1.0]))
+    found = ss.sweep(ss.models.two_subsystems(), {"friction": 1.3 + step * np.array([-1.0, 0.0, 1.0])})
     value, derivative = found.eigenvalue.to_numpy(), found.derivative.to_numpy()
     # Central difference: error step^2 / 6 of the third derivative, which is of the order of the value.
     assert (value[2] - value[0]) / (2 * step) == pytest.approx(derivative[1], rel=1e-6)
@@ -140,22 +140,22 @@ def test_derivatives_are_those_of_the_branches():
 def test_two_parameters_make_a_stability_map():
     scene = ss.models.two_subsystems()
     first, second = np.linspace(0.0, 3.0, 7), np.linspace(0.0, 3.0, 9)
-    found = ss.sweep(scene, friction_0=first, friction_1=second)
+    found = ss.sweep(scene, {"friction_0": first, "friction_1": second})
     assert found.eigenvalue.dims == ("friction_0", "friction_1", "branch")
     for a in (0.0, 1.5, 3.0):
         for b in (0.75, 3.0):
             modes = ss.complex_modes(scene.replace(friction=[a, b]))
             assert bool(found.stable.sel(friction_0=a, friction_1=b)) == (not modes.unstable.any())
     # The first column is a branch of its own: it moves by no more than its slope allows.
-    column = ss.sweep(scene, friction_0=first, friction_1=0.0)
+    column = ss.sweep(scene, {"friction_0": first, "friction_1": 0.0})
     assert found.eigenvalue.to_numpy()[:, 0] == pytest.approx(column.eigenvalue.to_numpy(), rel=1e-9)
 
 
 def test_a_sweep_in_chunks_is_the_sweep(capsys):
     values = np.linspace(0.0, 3.0, 101)
     scene = ss.models.two_subsystems()
-    whole = ss.sweep(scene, friction=values, progress=False)
-    chunked = ss.sweep(scene, friction=values, progress=True)
+    whole = ss.sweep(scene, {"friction": values}, progress=False)
+    chunked = ss.sweep(scene, {"friction": values}, progress=True)
     assert capsys.readouterr().out == ""
     # Also beyond the meetings, where the order of the branches is a convention.
     assert whole.eigenvalue.to_numpy().tobytes() == chunked.eigenvalue.to_numpy().tobytes()
@@ -164,17 +164,17 @@ def test_a_sweep_in_chunks_is_the_sweep(capsys):
 
 def test_a_map_shows_its_progress_beside_its_output(capsys):
     axes = {"friction_0": [0.1, 0.5, 0.9], "friction_1": [0.2, 0.4]}
-    quiet = ss.sweep(ss.models.two_subsystems(), **axes, progress=False)
-    shown = ss.sweep(ss.models.two_subsystems(), **axes, progress=True)
+    quiet = ss.sweep(ss.models.two_subsystems(), axes, progress=False)
+    shown = ss.sweep(ss.models.two_subsystems(), axes, progress=True)
     assert capsys.readouterr().out == ""
     assert shown.identical(quiet)
 
 
 def test_one_long_call_shows_its_progress_beside_its_output(capsys):
     scene, values = ss.models.two_subsystems(), np.linspace(0.1, 1.5, 9)
-    quiet = ss.sweep(scene, modes=2, friction=values, progress=False)
+    quiet = ss.sweep(scene, {"friction": values}, modes=2, progress=False)
     assert capsys.readouterr() == ("", "")
-    shown = ss.sweep(scene, modes=2, friction=values, progress=True)
+    shown = ss.sweep(scene, {"friction": values}, modes=2, progress=True)
     assert capsys.readouterr().out == ""
     assert shown.identical(quiet)
 
@@ -203,7 +203,7 @@ def test_a_defective_point_is_flagged_and_has_no_left_vectors():
     def oscillator(dashpot: float) -> ss.Scene:
         return ss.Scene(np.ones(1), np.ones((1, 1)), damping=np.array([[dashpot]]))
 
-    found = ss.sweep(oscillator, dashpot=[1.0, 2.0, 3.0], vectors=True)
+    found = ss.sweep(oscillator, {"dashpot": [1.0, 2.0, 3.0]}, vectors=True)
     assert found.defective.to_numpy().tolist() == [[False] * 2, [True] * 2, [False] * 2]
     for name in ("left", "a", "derivative"):
         undefined = np.isnan(found[name].to_numpy()).reshape(3, -1)
@@ -224,16 +224,18 @@ def test_a_defective_point_is_flagged_and_has_no_left_vectors():
 )
 def test_what_cannot_be_swept_is_refused(arguments, message):
     with pytest.raises(ss.InputError, match=message):
-        ss.sweep(ss.models.two_subsystems(), **arguments)
+        ss.sweep(ss.models.two_subsystems(), arguments)
 
 
 def test_a_model_with_a_kink_is_refused():
     with pytest.raises(ss.InputError, match="load: the model is not a smooth function of it"):
-        ss.sweep(lambda load: ss.models.two_subsystems(damping=1e-4 * (1 + abs(load - 0.3))), load=[0.0, 1.0])
+        ss.sweep(
+            lambda load: ss.models.two_subsystems(damping=1e-4 * (1 + abs(load - 0.3))), {"load": [0.0, 1.0]}
+        )
 
 
 def test_a_single_value_is_a_sweep_too():
-    found = ss.sweep(ss.models.two_subsystems(), friction=[1.5])
+    found = ss.sweep(ss.models.two_subsystems(), {"friction": [1.5]})
     assert found.eigenvalue.shape == (1, 12)
     assert not bool(found.stable[0])
 
@@ -242,11 +244,11 @@ def test_chosen_modes_are_the_branches_of_the_largest_real_parts():
     # With damping that is not in proportion no branches meet at a real value: labels are no convention.
     scene = ss.models.two_subsystems(friction=1.0).replace(damping=np.diag(20.0 * np.arange(1.0, 9.0)))
     values = np.linspace(0.0, 3.0, 61)
-    every = ss.sweep(scene, friction=values)
+    every = ss.sweep(scene, {"friction": values})
     assert every.meetings.size == 0
     largest = every.eigenvalue.to_numpy().real.max(axis=0)
     for count in (1, 3, 5):
-        chosen = ss.sweep(scene, friction=values, modes=count, vectors=True)
+        chosen = ss.sweep(scene, {"friction": values}, modes=count, vectors=True)
         # All of this scene are conjugate pairs, adjacent.
         pairs = np.sort(np.argsort(-largest[::2])[:count])
         branches = np.stack([2 * pairs, 2 * pairs + 1], axis=1).ravel()
@@ -260,7 +262,7 @@ def test_chosen_modes_are_the_branches_of_the_largest_real_parts():
 def test_chosen_modes_that_meet_are_followed_beyond():
     scene = ss.models.two_subsystems(friction=1.0)
     values = np.linspace(0.0, 3.0, 61)
-    every, chosen = (ss.sweep(scene, friction=values, modes=modes) for modes in (None, 3))
+    every, chosen = (ss.sweep(scene, {"friction": values}, modes=modes) for modes in (None, 3))
     # Two pairs meet twice; a quarter of the interval between two values tells where, from its middle.
     assert every.meetings.size == 2
     for meeting in every.meetings:
@@ -276,7 +278,7 @@ def test_stability_is_that_of_all_modes_although_few_are_followed():
     def model(p):
         return ss.Scene(np.ones(2), np.diag([1e4, 4e4]), damping=np.diag([p - 0.5, 40.0 - 50.0 * p]))
 
-    found = ss.sweep(model, p=[0.1, 0.7, 0.9], modes=1)
+    found = ss.sweep(model, {"p": [0.1, 0.7, 0.9]}, modes=1)
     np.testing.assert_allclose(found.eigenvalue[2].real, 2.5)
     assert found.stable.to_numpy().tolist() == [False, True, False]
 
@@ -284,6 +286,6 @@ def test_stability_is_that_of_all_modes_although_few_are_followed():
 def test_a_wrong_number_of_modes_is_refused():
     scene = ss.models.two_subsystems()
     with pytest.raises(ss.InputError, match="modes"):
-        ss.sweep(scene, friction=[0.0, 1.0], modes=0)
+        ss.sweep(scene, {"friction": [0.0, 1.0]}, modes=0)
     with pytest.raises(ss.InputError, match="modes: expected None with two parameters"):
-        ss.sweep(scene, friction=[0.0, 1.0], slider_speed=[0.01, 0.02], modes=2)
+        ss.sweep(scene, {"friction": [0.0, 1.0], "slider_speed": [0.01, 0.02]}, modes=2)

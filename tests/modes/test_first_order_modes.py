@@ -183,16 +183,16 @@ def test_a_rising_law_moves_the_hopf_point_of_a_falling_one():
         return (c * d + SPRING) * ((HELD + SPRING) * d + c * SPRING) - d * HELD * SPRING
 
     expected = brentq(routh, 0.05, 0.5, xtol=1e-16)
-    (point,) = ss.critical_points(scene, slider_speed=(0.05, 0.6))
+    (point,) = ss.critical_points(scene, {"slider_speed": (0.05, 0.6)})
     assert (point.kind, point.cause, point.direction) == ("hopf", "falling friction", -1)
     assert point.value == pytest.approx(expected, rel=1e-12)
-    (found,) = ss.hopf_points(scene, slider_speed=(0.05, 0.6))
+    (found,) = ss.critical_points(scene, {"slider_speed": (0.05, 0.6)}, kinds=("hopf",))
     assert found.value == pytest.approx(expected, rel=1e-12)
     speeds = np.array([0.9, 1.1]) * expected
-    sweep = ss.sweep(scene, slider_speed=speeds)
+    sweep = ss.sweep(scene, {"slider_speed": speeds})
     np.testing.assert_array_equal(sweep.stable, [False, True])
     assert sweep.sizes["branch"] == 3
-    np.testing.assert_array_equal(ss.stability(scene, slider_speed=speeds).unstable_modes, [1, 0])
+    np.testing.assert_array_equal(ss.stability(scene, {"slider_speed": speeds}).unstable_modes, [1, 0])
 
 
 def test_a_divergence_is_found_where_the_stiffness_is_singular():
@@ -208,7 +208,7 @@ def test_a_divergence_is_found_where_the_stiffness_is_singular():
         return ss.Scene([1.0, 1.0], [[stiffness, 60.0], [60.0, 400.0]], damping=np.eye(2), contacts=[node])
 
     # The node relaxes, so the spring to the belt carries no small displacement for long.
-    points = ss.critical_points(model, stiffness=(-5.0, 40.0))
+    points = ss.critical_points(model, {"stiffness": (-5.0, 40.0)})
     (point,) = (point for point in points if point.kind == "divergence")
     assert point.value == pytest.approx(60.0**2 / 400.0, rel=1e-12)
 
@@ -221,7 +221,7 @@ def test_sensitivities_are_differences_of_eigenvalues(name):
     above, below = (
         ss.complex_modes(scene.replace(**{name: value + side * step})).eigenvalues for side in (1.0, -1.0)
     )
-    found = ss.sensitivity(scene, parameters=[name]).derivative.to_numpy()[0]
+    found = ss.sensitivity(scene, [name]).derivative.to_numpy()[0]
     # Differences err by the square of the step.
     np.testing.assert_allclose(found, (above - below) / (2.0 * step), rtol=1e-5)
 
@@ -264,7 +264,7 @@ def test_modes_of_a_band_are_those_of_all():
 
 def test_a_sweep_of_a_band_has_no_mode_that_is_none():
     band = (20.0, 20.6)
-    sweep = ss.sweep(chain, band=band, slope=np.linspace(0.5, 0.8, 3))
+    sweep = ss.sweep(chain, {"slope": np.linspace(0.5, 0.8, 3)}, band=band)
     for value in sweep.slope.to_numpy():
         exact = ss.complex_modes(chain(float(value)), band=band).eigenvalues
         found = sweep.eigenvalue.sel(slope=value).to_numpy()
@@ -276,6 +276,6 @@ def test_a_sweep_of_a_band_has_no_mode_that_is_none():
 def test_a_law_that_has_levelled_off_is_refused():
     law = Tabulated([0.0, 0.1, 0.3], [0.3, 0.4, 0.5])
     assert ss.complex_modes(block(law, 0.2)).eigenvalues.size == 3
-    for call in (ss.complex_modes, lambda scene: ss.stability(scene, slider_speed=[0.4])):
+    for call in (ss.complex_modes, lambda scene: ss.stability(scene, {"slider_speed": [0.4]})):
         with pytest.raises(ss.InputError, match=r"contact 0: its friction levels off at the slip speed 0\.4"):
             call(block(law, 0.4))

@@ -10,7 +10,7 @@ MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
 
 
 def test_loci_show_the_branches():
-    branches = ss.sweep(ss.models.two_subsystems(), friction=[0.5, 1.5, 1.0])
+    branches = ss.sweep(ss.models.two_subsystems(), {"friction": [0.5, 1.5, 1.0]})
     figure = ss.plot.loci(branches)
     growth, frequency = figure.axes
     assert growth.get_xlabel() == "friction coefficient"
@@ -27,25 +27,28 @@ def test_loci_show_the_branches():
 
 def test_a_stability_map_shows_growth_and_its_border():
     values = {"friction": np.linspace(0.0, 3.0, 31), "slider_speed": [0.01, 0.05, 0.1]}
-    figure = ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), **values))
+    figure = ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), values))
     growth, count, *bars = figure.axes
     assert growth.get_ylabel() == "friction coefficient"
     assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
     assert [bar.get_ylabel() for bar in bars] == ["largest growth rate, 1/s", "number of unstable modes"]
     # One unstable mode beyond the Hopf point, two beyond the second one; no mode depends on the speed.
     borders = [np.concatenate([path.vertices for path in c.get_paths()]) for c in count.collections]
-    hopf = [p.value for p in ss.hopf_points(ss.models.two_subsystems(), friction=(0.0, 3.0))]
+    hopf = [
+        p.value
+        for p in ss.critical_points(ss.models.two_subsystems(), {"friction": (0.0, 3.0)}, kinds=("hopf",))
+    ]
     # Between samples 0.1 apart the border is interpolated.
     for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
         assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
     with pytest.raises(ss.InputError, match=r"two values of each at least, got {'friction': 31}"):
-        ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
+        ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), {"friction": values["friction"]}))
 
 
 def test_a_stability_map_says_once_what_one_unstable_mode_means():
     values = np.linspace(0.0, 1.5, 7)
     figure = ss.plot.stability_map(
-        ss.sweep(ss.models.two_subsystems(), over={"friction_0": values, "friction_1": values})
+        ss.sweep(ss.models.two_subsystems(), {"friction_0": values, "friction_1": values})
     )
     _, bar = figure.axes
     # Between unstable and stable the ticks of the bar have at most two digits.
@@ -150,6 +153,6 @@ def test_hostile_input():
         modes.plot.animate(12)
     with pytest.raises(ss.InputError, match="figure: expected a figure of matplotlib, got 5"):
         modes.plot.shapes([0], figure=5)
-    grid = ss.sweep(ss.models.two_subsystems(), friction_0=[0.0, 1.0], friction_1=[0.0, 1.0])
+    grid = ss.sweep(ss.models.two_subsystems(), {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]})
     with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
         ss.plot.loci(grid)

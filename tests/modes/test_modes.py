@@ -214,7 +214,8 @@ def test_several_modes_are_modes_again():
     assert isinstance(first, ss.Modes)
     np.testing.assert_array_equal(first.eigenvalues, modes.eigenvalues[:4])
     np.testing.assert_array_equal(first.left, modes.left[:, :4])
-    assert growing.unstable.all() and len(growing) == modes.unstable.sum() > 0
+    assert growing.unstable.all()
+    assert len(growing) == modes.unstable.sum() > 0
     assert [mode.eigenvalue for mode in picked] == [modes[4].eigenvalue, modes[0].eigenvalue]
     assert picked[1].number == 1
     assert picked.to_dataset().sizes["mode"] == 2
@@ -384,13 +385,13 @@ def test_a_mode_is_unstable_beyond_its_rounding():
 def sums(scene):
     """How many modes of steady sliding grow, a pair being one, by every part of the package that says so."""
     friction = scene.contacts[0].friction
-    sweep = ss.sweep(scene, friction=[friction, friction + 1e-3])
+    sweep = ss.sweep(scene, {"friction": [friction, friction + 1e-3]})
     assert bool(sweep.stable[0]) == (not sweep.unstable[0].any())
     table = ss.status_table(scene, ["+" * len(scene.contacts)]).data
     return {
         "modes": len(ss.complex_modes(scene).select(unstable=True)),
         "sweep": int((sweep.unstable & (sweep.eigenvalue.imag >= 0.0))[0].sum()),
-        "stability": int(ss.stability(scene, friction=[friction]).unstable_modes[0]),
+        "stability": int(ss.stability(scene, {"friction": [friction]}).unstable_modes[0]),
         "study": int(ss.Study(scene, {"friction": [friction]}).run().unstable_modes[0]),
         "table": int(table.unstable.sum()),
     }
@@ -427,7 +428,7 @@ def test_unstable_means_the_same_everywhere(scene, growing):
 
 def test_a_growth_rate_within_rounding_is_zero():
     undamped = ss.models.two_subsystems(damping=0.0)
-    points = ss.critical_points(undamped, friction=(0.0, 3.0))
+    points = ss.critical_points(undamped, {"friction": (0.0, 3.0)})
     meeting = next(point for point in points if point.kind == "lock_in").value
     growing = 0
     # Rounding splits the pair that meets here in frequency or in growth.
@@ -438,8 +439,8 @@ def test_a_growth_rate_within_rounding_is_zero():
         assert np.isfinite(modes.rounding).all()
         assert modes.marginal.all()
         for verdict in (
-            ss.stability(undamped, friction=[friction]),
-            ss.stability(ss.models.two_subsystems, friction=[friction], damping=[0.0]),
+            ss.stability(undamped, {"friction": [friction]}),
+            ss.stability(ss.models.two_subsystems, {"friction": [friction], "damping": [0.0]}),
         ):
             assert verdict.growth_rate.item() == 0.0
             assert verdict.unstable_modes.item() == 0

@@ -103,7 +103,7 @@ def test_ill_posed_spectra(run, arguments, message):
 
 
 def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
-    diagram = ss.bifurcation(run.scene, friction=[0.5, 1.5, 2.2], stretch=0.6)
+    diagram = ss.bifurcation(run.scene, {"friction": [0.5, 1.5, 2.2]}, stretch=0.6)
     for draw in (
         lambda axes: run.plot("x2", ax=axes),
         lambda axes: cycle.plot.phase(contact=1, ax=axes),

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
+from paper import comparison as reproduce
+from paper import figures as paper
+from paper.numbers import published
 
 import stickslip as ss
 from pictures import assert_shown
-from stickslip.reference import comparison as reproduce
-from stickslip.reference import figures as paper
-from stickslip.reference.numbers import published
 
 NUMBERS = range(2, 16)
 
@@ -46,7 +46,7 @@ def legend(figure):
 def test_there_is_one_function_for_each():
     assert list(paper.FIGURES) == list(NUMBERS)
     for number in NUMBERS:
-        assert paper.FIGURES[number] is getattr(ss.reference.figures, f"figure_{number}")
+        assert paper.FIGURES[number] is getattr(paper, f"figure_{number}")
 
 
 @pytest.mark.slow

@@ -1,17 +1,19 @@
 """The comparison with the published numbers, and that it can disagree."""
 
 import json
+import struct
 from decimal import Decimal
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from paper import comparison as reproduce
+from paper import numbers as published
+from paper.__main__ import main
+from paper.numbers import MISLABELS, MISPRINTS, agrees, last_digit
 
 from pictures import assert_shown
-from stickslip.cli import main
-from stickslip.reference import comparison as reproduce
-from stickslip.reference import numbers as published
-from stickslip.reference.numbers import MISLABELS, MISPRINTS, agrees, last_digit
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +79,7 @@ def test_every_erratum_of_the_record_is_one_the_program_checks():
 
 def changed(path, value):
     """The record with one entry changed."""
-    text = published.files("stickslip.reference").joinpath("published.json").read_text(encoding="utf-8")
+    text = Path(published.__file__).with_name("published.json").read_text(encoding="utf-8")
     record = json.loads(text, parse_float=Decimal, parse_int=Decimal)
     entry = record
     for key in path[:-1]:
@@ -133,6 +135,24 @@ def test_command_line(tmp_path):
         assert_shown(name, tmp_path / "figures" / name)
     rows = json.loads((tmp_path / "figures" / "comparison.json").read_text())
     assert {row["verdict"] for row in rows} == {"agrees", "erratum", "not printed"}
+
+
+@pytest.mark.slow
+def test_figures_of_the_paper_are_files(tmp_path):
+    def run(*words, code=0):
+        result = CliRunner().invoke(main, ["figures", *map(str, words)])
+        assert result.exit_code == code, result.output
+        return result.stderr
+
+    said = run(2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg")
+    assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
+    written = sorted((tmp_path / "new" / "folder").iterdir())
+    assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
+    assert all("<svg" in path.read_text()[:1000] for path in written)
+    run(2, "--output", tmp_path, "--format", "png")
+    # A column of a journal, 85 mm, at 300 points per inch.
+    assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
+    assert "16 is not in the range 2<=x<=15" in run(16, code=2)
 
 
 def test_command_line_fails_on_a_difference(monkeypatch):

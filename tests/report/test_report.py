@@ -13,11 +13,11 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from paper.comparison import rows
+from paper.section import known
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.reference import known
-from stickslip.reference.comparison import rows
 from stickslip.report import findings, page
 from stickslip.scene.known import Known
 
@@ -308,7 +308,7 @@ def test_the_paper_belongs_to_its_own_scenes():
 def test_the_parameter_of_the_sweep_is_followed():
     model = partial(ss.models.two_subsystems, friction=0.5)
     found = findings(
-        model(), "x", settings={"duration": 0.01}, model=model, over={"wall_stiffness": [1.8e6, 1.9e6]}
+        model(), "x", settings={"duration": 0.01}, model=model, parameters={"wall_stiffness": [1.8e6, 1.9e6]}
     )
     assert found.parameter == "wall_stiffness"
     assert found.loci.wall_stiffness.to_numpy().tolist() == [1.8e6, 1.9e6]

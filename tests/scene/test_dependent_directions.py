@@ -489,8 +489,8 @@ def test_modes_and_cycles_of_a_pad_are_those_of_one_contact():
     assert pads.stability == one.stability
     assert pads.balance().contact == pytest.approx(one.balance().contact, rel=1e-10)
     assert "forces not determined" in str(pads.summary())
-    swept = ss.sweep(pad(), friction=[0.1, 0.2, 0.4])
-    assert swept.eigenvalue.shape == ss.sweep(single(), friction=[0.1, 0.2, 0.4]).eigenvalue.shape
+    swept = ss.sweep(pad(), {"friction": [0.1, 0.2, 0.4]})
+    assert swept.eigenvalue.shape == ss.sweep(single(), {"friction": [0.1, 0.2, 0.4]}).eigenvalue.shape
 
 
 @pytest.mark.parametrize("speed", np.linspace(0.086, 0.1, 12))

@@ -202,7 +202,7 @@ def test_a_belt_with_a_given_normal_force_is_the_one_with_a_normal_direction():
 
 def test_parameters_sweeps_and_studies():
     scene = rubbed(slider_speed=0.3, static_friction=0.8)
-    branches = ss.sweep(scene, friction=[0.1, 0.2, 0.3])
+    branches = ss.sweep(scene, {"friction": [0.1, 0.2, 0.3]})
     assert branches.eigenvalue.values.imag.max() == pytest.approx(10.0)
     assert branches.steady_sliding.values.all()
     answers = ss.Study(scene, {"normal_force_0": [5.0, 10.0]}, outputs=["growth_rate", "normal_force"]).run()

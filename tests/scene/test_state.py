@@ -94,3 +94,23 @@ def test_contact_forces_are_named_and_a_state_of_another_scene_is_refused():
         state.contact_forces(ss.Scene([1.0, 1.0], np.eye(2)))
     with pytest.raises(ss.InputError, match="position: contact 0 penetrates, gap -1 m"):
         state.perturbed(position={"x4": -1.0}).contact_forces(named)
+
+
+def test_steady_sliding_knows_its_scene_and_its_forces(tmp_path, standard):
+    scene = standard.scene
+    found = ss.steady_sliding(scene)
+    assert found.scene is scene
+    of_scene = found.contact_forces(scene)
+    assert found.contact_forces().identical(of_scene)
+    np.testing.assert_array_equal(found.friction_forces, of_scene.friction_force)
+    # Coulomb's law in the direction of the slider.
+    signs = [1.0 if letter == "+" else -1.0 for letter in found.combination]
+    friction = [contact.friction for contact in scene.contacts]
+    expected = signs * np.array(friction) * found.normal_forces
+    np.testing.assert_allclose(found.friction_forces, expected, rtol=1e-15)
+    assert "only one" in str(found.summary())
+    assert "normal force, N" in found._repr_html_()
+    ss.save(found, tmp_path / "sliding.nc")
+    assert ss.load(tmp_path / "sliding.nc").identical(found.to_dataset())
+    moved = ss.steady_sliding(scene.replace(friction=0.0))
+    assert not moved.friction_forces.any()

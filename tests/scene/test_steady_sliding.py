@@ -40,11 +40,13 @@ def test_the_default_is_the_combination_of_steady_sliding():
 def test_searches_along_a_parameter_slide_backwards():
     scene = ss.models.two_subsystems(**BACKWARDS)
     friction = np.linspace(0.0, 1.1, 12)
-    branches = ss.sweep(scene, friction=friction)
+    branches = ss.sweep(scene, {"friction": friction})
     assert branches.stable.all()
     assert branches.steady_sliding.all()
-    assert ss.hopf_points(scene, friction=(0.0, 1.1)) == []
-    assert ss.hopf_points(ss.models.two_subsystems, slider_speed=-0.025, friction=(0.0, 1.1)) == []
+    assert not ss.critical_points(scene, {"friction": (0.0, 1.1)}, kinds=("hopf",))
+    assert not ss.critical_points(
+        ss.models.two_subsystems, {"slider_speed": -0.025, "friction": (0.0, 1.1)}, kinds=("hopf",)
+    )
 
 
 def test_verdicts_of_samples_follow_each_slider():
@@ -53,8 +55,8 @@ def test_verdicts_of_samples_follow_each_slider():
     def model(speed):
         return ss.models.two_subsystems(friction=0.9, slider_speed=speed)
 
-    compiled = ss.stability(ss.models.two_subsystems, friction=0.9, slider_speed=speeds)
-    for found in (compiled, ss.stability(model, speed=speeds)):
+    compiled = ss.stability(ss.models.two_subsystems, {"friction": 0.9, "slider_speed": speeds})
+    for found in (compiled, ss.stability(model, {"speed": speeds})):
         assert found.unstable_modes.to_numpy().tolist() == [1, 0]
         assert found.steady_sliding.all()
     study = ss.Study(
@@ -73,17 +75,19 @@ def test_no_branch_leads_from_one_direction_to_the_other():
     scene = ss.models.two_subsystems()
     for model in (scene, ss.models.two_subsystems):
         with pytest.raises(ss.InputError, match=r"slider speeds change their sign at 0, and steady sliding"):
-            ss.sweep(model, slider_speed=np.linspace(-0.1, 0.2, 4))
-    assert ss.sweep(scene, "++", slider_speed=[-0.1, 0.1]).steady_sliding.to_numpy().tolist() == [False, True]
+            ss.sweep(model, {"slider_speed": np.linspace(-0.1, 0.2, 4)})
+    assert ss.sweep(
+        scene, {"slider_speed": [-0.1, 0.1]}, combination="++"
+    ).steady_sliding.to_numpy().tolist() == [False, True]
 
 
 def test_a_slider_at_rest_has_no_steady_sliding():
     scene = pad(slider_speed=0.0)
     for asked in (
         lambda: ss.complex_modes(scene),
-        lambda: ss.sweep(scene, friction=[0.1, 0.2]),
-        lambda: ss.stability(scene, friction=[0.1, 0.2]),
-        lambda: ss.critical_points(scene, friction=(0.1, 0.2)),
+        lambda: ss.sweep(scene, {"friction": [0.1, 0.2]}),
+        lambda: ss.stability(scene, {"friction": [0.1, 0.2]}),
+        lambda: ss.critical_points(scene, {"friction": (0.1, 0.2)}),
     ):
         with pytest.raises(ss.InputError, match=r"contact 0: slider_speed is 0.*combination"):
             asked()
@@ -114,15 +118,15 @@ def test_modes_without_steady_sliding_are_refused_unless_named():
 
 def test_points_without_steady_sliding_are_marked():
     scene = ss.models.two_subsystems(**PULLED)
-    branches = ss.sweep(scene, friction=np.linspace(0.0, 3.0, 7))
+    branches = ss.sweep(scene, {"friction": np.linspace(0.0, 3.0, 7)})
     assert not branches.steady_sliding.any()
-    points = ss.critical_points(scene, friction=(0.0, 3.0))
+    points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
     assert points
     assert not any(point.steady_sliding for point in points)
     for found in (
-        ss.stability(ss.models.two_subsystems, friction=0.9, preload_displacement=[-1e-3, 1e-3]),
+        ss.stability(ss.models.two_subsystems, {"friction": 0.9, "preload_displacement": [-1e-3, 1e-3]}),
         ss.stability(
-            lambda d: ss.models.two_subsystems(friction=0.9, preload_displacement=d), d=[-1e-3, 1e-3]
+            lambda d: ss.models.two_subsystems(friction=0.9, preload_displacement=d), {"d": [-1e-3, 1e-3]}
         ),
     ):
         assert found.steady_sliding.to_numpy().tolist() == [False, True]
@@ -150,27 +154,27 @@ def test_samples_without_steady_sliding_have_no_verdict():
 @pytest.mark.parametrize("friction", [0.0, 0.5, 0.9])
 def test_separation_is_where_the_normal_force_vanishes(friction):
     """N = 0 where K_nt F_t = K_tt F_n: 1e4 * 2 = 4e4 F_n, whatever the friction."""
-    points = ss.critical_points(lambda force: pad(friction, force), force=(-10.0, 3.0))
+    points = ss.critical_points(lambda force: pad(friction, force), {"force": (-10.0, 3.0)})
     (point,) = [point for point in points if point.kind == "separation"]
     assert point.value == pytest.approx(0.5, rel=64 * EPS)
     assert (point.contact, point.direction, point.steady_sliding) == (0, 1, True)
     assert point.name == "0"
     named = [dataclasses.replace(contact, name="pad") for contact in pad(friction, -10.0).contacts]
     points = ss.critical_points(
-        lambda force: pad(friction, force).replace(contacts=named), force=(-10.0, 3.0)
+        lambda force: pad(friction, force).replace(contacts=named), {"force": (-10.0, 3.0)}
     )
     assert ["contact pad opens" in repr(point) for point in points if point.kind == "separation"] == [True]
-    sides = ss.sweep(lambda force: pad(friction, force), force=[0.49, 0.51])
+    sides = ss.sweep(lambda force: pad(friction, force), {"force": [0.49, 0.51]})
     assert sides.steady_sliding.to_numpy().tolist() == [True, False]
 
 
 def test_a_pole_of_the_normal_force_is_no_separation():
     """The stiffness K_tt - friction K_nt is singular at friction 4; N passes infinity there."""
-    points = ss.critical_points(pad(), friction=(0.0, 5.0))
+    points = ss.critical_points(pad(), {"friction": (0.0, 5.0)})
     assert [(point.kind, round(point.value, 9)) for point in points if point.kind != "lock_in"] == [
         ("divergence", 4.0)
     ]
-    assert ss.sweep(pad(), friction=[3.9, 4.1]).steady_sliding.to_numpy().tolist() == [True, False]
+    assert ss.sweep(pad(), {"friction": [3.9, 4.1]}).steady_sliding.to_numpy().tolist() == [True, False]
 
 
 @pytest.mark.parametrize("alpha", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8])
@@ -182,7 +186,7 @@ def test_slow_overdamped_roots_keep_their_digits(alpha):
         exact = float(-half + mpmath.sqrt(half * half - mpmath.mpf(1e-3)))
     modes = ss.complex_modes(scene).eigenvalues.real.max()
     found = ss.stability(
-        lambda kappa: ss.Scene([1.0], np.array([[kappa]]), damping=scene.damping), kappa=[1e-3]
+        lambda kappa: ss.Scene([1.0], np.array([[kappa]]), damping=scene.damping), {"kappa": [1e-3]}
     )
     for value in (modes, found.growth_rate.item()):
         # A square root, a sum and a quotient.
@@ -238,7 +242,9 @@ def test_verdicts_of_a_mesh_have_the_forces_of_its_equilibrium(friction):
     still = np.zeros(scene.size)
     still[~held] = scipy.sparse.linalg.spsolve(rows.tocsc(), (merged @ scene.force)[~held])
     expected = (stiffness @ still - scene.force)[normal]
-    found = ss.stability(scene, "+" * len(normal), friction=[friction], slider_speed=[2.0])
+    found = ss.stability(
+        scene, {"friction": [friction], "slider_speed": [2.0]}, combination="+" * len(normal)
+    )
     np.testing.assert_allclose(found.normal_force[0], expected, rtol=1e-9)
     exists = bool((expected > 0.0).all())
     assert bool(found.steady_sliding[0]) == exists

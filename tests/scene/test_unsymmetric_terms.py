@@ -244,7 +244,7 @@ def test_hopf_point_of_a_model_that_fills_the_circulatory_matrix(loss):
     Without damping the modes meet at `(w1^2 - w2^2) / (2 w1 w2)`.
     """
     model = partial(drum_brake, loss=loss)
-    points = ss.critical_points(model, friction=(0.0, 0.5))
+    points = ss.critical_points(model, {"friction": (0.0, 0.5)})
     if loss == 0.0:
         (lock_in,) = points
         assert (lock_in.kind, lock_in.value) == ("lock_in", pytest.approx(7.0 / 24.0, rel=1e-14))
@@ -252,19 +252,21 @@ def test_hopf_point_of_a_model_that_fills_the_circulatory_matrix(loss):
     (hopf,) = [point for point in points if point.kind == "hopf"]
     assert hopf.value == pytest.approx(np.sqrt(1.0 / 12.0 + loss**2), rel=1e-12)
     assert hopf.frequency == pytest.approx(np.sqrt(7500.0), rel=1e-12)
-    assert ss.hopf_points(model, friction=(0.0, 0.5))[0].value == pytest.approx(hopf.value, rel=1e-14)
-    sweep = ss.sweep(model, friction=[0.9 * hopf.value, 1.1 * hopf.value])
+    assert ss.critical_points(model, {"friction": (0.0, 0.5)}, kinds=("hopf",))[0].value == pytest.approx(
+        hopf.value, rel=1e-14
+    )
+    sweep = ss.sweep(model, {"friction": [0.9 * hopf.value, 1.1 * hopf.value]})
     assert sweep.stable.values.tolist() == [True, False]
-    verdicts = ss.stability(model, friction=[0.9 * hopf.value, 1.1 * hopf.value])
+    verdicts = ss.stability(model, {"friction": [0.9 * hopf.value, 1.1 * hopf.value]})
     assert (verdicts.eigenvalue.real > 0.0).values.tolist() == [False, True]
 
 
 def test_sensitivity_to_the_circulatory_matrix():
     step = 1e-4
-    change = ss.sensitivity(drum_brake, parameters=["friction"], over={"friction": 0.35}).derivative[0]
+    change = ss.sensitivity(drum_brake, {"friction": 0.35}).derivative[0]
     values = [ss.complex_modes(drum_brake(0.35 + d)).eigenvalues for d in (-step, step)]
     assert change.values == pytest.approx((values[1] - values[0]) / (2 * step), rel=1e-5)
-    entries = ss.entry_sensitivity(drum_brake(0.35), "circulatory").values
+    entries = ss.sensitivity(drum_brake(0.35), entries="circulatory").entry_derivative.values
     first, second = 2.0 * np.pi * 100.0, 2.0 * np.pi * 75.0
     along = entries[:, 1, 0] * first**2 - entries[:, 0, 1] * second**2
     assert along == pytest.approx(change.values, rel=1e-10)

@@ -49,7 +49,7 @@ def test_replace_sweep_and_study(name):
     other = ss.simulate(compliant().replace(**{name: value}), 0.1, start)
     assert (other.state(0.1).position == run.state(0.1).position).all()
     standing = 3e4 if name.startswith("normal") else {"pull_times_0": 0.02}.get(name, 1.5)
-    swept = ss.sweep(compliant(), over={name: [standing, value]})
+    swept = ss.sweep(compliant(), {name: [standing, value]})
     assert swept[name].attrs["units"] == unit
     modes = ss.complex_modes(expected).eigenvalues
     assert np.sort_complex(swept.eigenvalue.values[1]) == pytest.approx(np.sort_complex(modes), rel=1e-9)
@@ -78,7 +78,7 @@ def test_bifurcation_over_a_contact_stiffness():
         ],
     )
     start = ss.State([0.0, -4e-4], [0.04, 0.0], "s")
-    found = ss.bifurcation(scene, start=start, tangential_stiffness_0=[8e3, 1e4])
+    found = ss.bifurcation(scene, {"tangential_stiffness_0": [8e3, 1e4]}, start=start)
     for cycle, stiffness in zip(found.cycles, (8e3, 1e4), strict=True):
         other = scene.replace(tangential_stiffness=stiffness)
         expected = ss.simulate(other, 30.0, start).limit_cycle()
@@ -87,16 +87,16 @@ def test_bifurcation_over_a_contact_stiffness():
 
 def test_what_has_no_such_number():
     with pytest.raises(ss.InputError, match="normal_stiffness_stop: a rigid contact has no normal_stiffness"):
-        ss.sweep(compliant(), normal_stiffness_stop=[1e4, 2e4])
+        ss.sweep(compliant(), {"normal_stiffness_stop": [1e4, 2e4]})
     with pytest.raises(ss.InputError, match="no such parameter"):
-        ss.sweep(compliant(), pull_times_2=[0.1, 0.2])
+        ss.sweep(compliant(), {"pull_times_2": [0.1, 0.2]})
     with pytest.raises(ss.InputError, match="must be positive and ascending"):
         compliant().replace(pull_times_0=0.07)
 
 
 def test_a_function_passes_them_on():
     model = partial(compliant, normal_stiffness=4e4)
-    swept = ss.sweep(model, over={"tangential_stiffness_pad": [2e4, 3e4]})
+    swept = ss.sweep(model, {"tangential_stiffness_pad": [2e4, 3e4]})
     expected = compliant(4e4).replace(tangential_stiffness_pad=3e4)
     assert swept.tangential_stiffness_pad.attrs["units"] == "N/m"
     assert np.sort_complex(swept.eigenvalue.values[1]) == pytest.approx(

@@ -16,7 +16,7 @@ MODEL = ss.models.two_subsystems(friction=1.5, slider_speed=0.025, preload_displ
 
 def basins():
     start = {"x1": [1e-4, 1e-3]}
-    return ss.basins(MODEL, ss.steady_sliding, velocity=start, friction=[1.0, 1.5])
+    return ss.basins(MODEL, {"friction": [1.0, 1.5]}, start=ss.steady_sliding, velocity=start)
 
 
 def study():
@@ -25,10 +25,12 @@ def study():
 
 
 CALLS = {
-    "sweep": lambda: ss.sweep(MODEL, friction=np.linspace(0.1, 3, 20)),
-    "stability": lambda: ss.stability(MODEL, friction=np.linspace(0.1, 3, 2000)),
-    "hopf_points": lambda: [point.value for point in ss.hopf_points(MODEL, friction=(0, 3))],
-    "bifurcation": lambda: ss.bifurcation(MODEL, friction=[1.0, 1.5]).data,
+    "sweep": lambda: ss.sweep(MODEL, {"friction": np.linspace(0.1, 3, 20)}),
+    "stability": lambda: ss.stability(MODEL, {"friction": np.linspace(0.1, 3, 2000)}),
+    "critical_points": lambda: [
+        point.value for point in ss.critical_points(MODEL, {"friction": (0, 3)}, kinds=("hopf",))
+    ],
+    "bifurcation": lambda: ss.bifurcation(MODEL, {"friction": [1.0, 1.5]}).data,
     "basins": basins,
     "study": study,
 }
@@ -63,12 +65,12 @@ import numpy as np
 import stickslip as ss
 scene = ss.models.two_subsystems()
 for _ in range(2):
-    print(len(ss.sweep(scene, friction=np.linspace(0.1, 3.0, 50)).friction))
-print(len(ss.stability(scene, friction=np.linspace(0.1, 3.0, 2000)).sample))
+    print(len(ss.sweep(scene, {"friction": np.linspace(0.1, 3.0, 50)}).friction))
+print(len(ss.stability(scene, {"friction": np.linspace(0.1, 3.0, 2000)}).sample))
 signal.signal(signal.SIGALRM, signal.default_int_handler)
 signal.setitimer(signal.ITIMER_REAL, 0.3)
 try:
-    ss.sweep(scene, friction=np.linspace(0.1, 3.0, 2_000_000))
+    ss.sweep(scene, {"friction": np.linspace(0.1, 3.0, 2_000_000)})
 except KeyboardInterrupt:
     print("stopped")
 """

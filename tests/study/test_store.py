@@ -108,6 +108,18 @@ def test_a_store_with_other_formats_or_codecs_is_refused_before_it_is_opened(
         study.run(path)
 
 
+def test_a_store_of_a_later_version_is_refused(tmp_path):
+    study, path = models.verdicts(), tmp_path / "x.zarr"
+    study.run(path)
+    file = path / "zarr.json"
+    record = json.loads(file.read_text())
+    assert record["attributes"]["format_version"] == 1
+    record["attributes"]["format_version"] = 2
+    file.write_text(json.dumps(record))
+    with pytest.raises(ss.InputError, match="reads files up to version 1, got 2; pip install --upgrade"):
+        study.run(path)
+
+
 @pytest.mark.parametrize("place", [".zgroup", "growth_rate/.zarray", ".zmetadata"])
 def test_a_folder_of_both_formats_is_refused(tmp_path, place):
     study, path = models.verdicts(), tmp_path / "x.zarr"

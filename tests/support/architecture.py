@@ -21,13 +21,14 @@ PARTS = [
     "types",
     "files",
     "plot",
-    "reference",
     "explorer",
     "report",
     "cli",
 ]
 #: Files in a folder.
 MOST = 10
+#: Modules without an underscore that their packages call private.
+PRIVATE = ("numpy.core", "pandas.core", "xarray.core", "zarr.core")
 #: Functions that import a module by its name.
 IMPORTERS = ("import_module", "__import__", "lazy.load", "lazy_loader.load")
 
@@ -121,6 +122,35 @@ def unread(root):
         for name, file in modules(root).items()
         if any(_called(node) in IMPORTERS and _told(node) is None for node in _nodes(file))
     )
+
+
+def private(root):
+    """Return what files use of the private modules of other packages, as (file, module) in order.
+
+    Private are names that begin with an underscore and `PRIVATE`, whether imported or reached by attributes.
+    """
+    found = set()
+    for name, file in modules(root).items():
+        aliases = {}
+        nodes = list(_nodes(file))
+        used = [target for node in nodes for target in _targets(node, name, file.name == "__init__.py")]
+        for node in nodes:
+            if isinstance(node, ast.Import):
+                for alias in node.names:
+                    aliases[alias.asname or alias.name.split(".")[0]] = (
+                        alias.name if alias.asname else alias.name.split(".")[0]
+                    )
+        for node in nodes:
+            if isinstance(node, ast.Attribute):
+                first, _, rest = ast.unparse(node).partition(".")
+                if first in aliases:
+                    used.append(f"{aliases[first]}.{rest}")
+        for target in used:
+            parts = target.split(".")
+            hidden = any(one.startswith("_") and not one.startswith("__") for one in parts)
+            if parts[0] != root.name and (hidden or ".".join(parts[:2]) in PRIVATE):
+                found.add((name, target))
+    return sorted(found)
 
 
 def part(module):

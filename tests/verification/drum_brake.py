@@ -57,8 +57,8 @@ def eigenvalues(friction, loss):
 
 def stability():
     """Compare the Hopf point, the lock-in without damping, and eigenvalues before and beyond them."""
-    (hopf,) = ss.hopf_points(drum_brake, friction=(0.0, 0.5))
-    (lock_in,) = ss.critical_points(partial(drum_brake, loss=0.0), friction=(0.0, 0.5))
+    (hopf,) = ss.critical_points(drum_brake, {"friction": (0.0, 0.5)}, kinds=("hopf",))
+    (lock_in,) = ss.critical_points(partial(drum_brake, loss=0.0), {"friction": (0.0, 0.5)})
     ratio = decimal(FIRST) / decimal(SECOND)
     limit = mp.sqrt(ratio - 2 + 1 / ratio + decimal(LOSS) ** 2)
     rows = [

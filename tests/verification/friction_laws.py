@@ -113,9 +113,9 @@ def closed(speed, guess):
 
 def belt():
     """Compare the Hopf point, the fold of the branch that is born there, and cycles on that branch."""
-    hopf = ss.critical_points(block(0.2), slider_speed=(0.1, 0.5))[0]
+    hopf = ss.critical_points(block(0.2), {"slider_speed": (0.1, 0.5)})[0]
     first = small_cycle(1.01 * float(HOPF))
-    end = ss.branch_points(first, slider_speed=(1.01 * float(HOPF), 0.8))[0]
+    end = ss.continuation(first, {"slider_speed": (1.01 * float(HOPF), 0.8)}).points[0]
     rows = [
         Quantity(name="Hopf speed", unit="m/s", expected=HOPF, computed=hopf.value),
         Quantity(
@@ -220,7 +220,7 @@ CASES = [
             "20. The unstable cycles born there end where they touch the speed of the belt: there the slide"
             " from the end of sticking, `k x + c v = N mu(0)`, comes back to it. Their multiplier is the "
             "exponential of the integral of `-c - N mu'` over a period. Computed by `critical_points`, "
-            "`closed_cycle` and `branch_points`."
+            "`closed_cycle` and `continuation`."
         ),
         tolerance="Closed form and 40 digits: 1e-12.",
         quantities=belt,

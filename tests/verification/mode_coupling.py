@@ -54,7 +54,7 @@ def eigenvalues(friction, damping):
 
 def undamped():
     """Compare the point at which the modes merge, and eigenvalues before and beyond it."""
-    points = ss.critical_points(minimal_model, "-", friction=(0.0, 1.4))
+    points = ss.critical_points(minimal_model, {"friction": (0.0, 1.4)}, combination="-")
     (merge,) = [point for point in points if point.kind == "lock_in"]
     rows = [
         Quantity(name="friction where the modes merge", unit="", expected=0.75, computed=merge.value),
@@ -82,7 +82,9 @@ def upper(friction, damping):
 def damped():
     """Compare the Hopf point with damping proportional to mass."""
     c = decimal(DAMPING)
-    points = ss.critical_points(lambda friction: minimal_model(friction, DAMPING), "-", friction=(0.0, 1.4))
+    points = ss.critical_points(
+        lambda friction: minimal_model(friction, DAMPING), {"friction": (0.0, 1.4)}, combination="-"
+    )
     (hopf,) = [point for point in points if point.kind == "hopf"]
     limit = mp.mpf(3) / 4 * (1 + 2 * c**2)
     growth = max(value.real for value in eigenvalues(1.0, DAMPING))

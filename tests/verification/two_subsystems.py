@@ -3,11 +3,11 @@
 from collections import Counter
 
 import numpy as np
+from paper import comparison as reproduce
+from paper.numbers import published
 
 import stickslip as ss
 from reference_runs import reference_solution
-from stickslip.reference import comparison as reproduce
-from stickslip.reference.numbers import published
 from verification.case import Case, Quantity
 
 RUNS = {

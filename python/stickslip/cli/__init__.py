@@ -11,7 +11,6 @@ from stickslip.cli.verbs.explore import explore, listen
 from stickslip.cli.verbs.init import init, reduce
 from stickslip.cli.verbs.modes import modes
 from stickslip.cli.verbs.report import report
-from stickslip.cli.verbs.reproduce import figures, reproduce
 from stickslip.cli.verbs.simulate import simulate
 from stickslip.cli.verbs.study import study
 from stickslip.cli.verbs.sweep import sweep
@@ -20,7 +19,7 @@ EPILOG = """
 \b
 Exit codes:
   0    done
-  1    done, and the answer is no: a published number differs, or there is no limit cycle
+  1    done, and the answer is no: there is no limit cycle
   2    wrong usage, ill-posed input, or output that cannot be written
   3    no answer: a run could not go on (what it computed is written), or was too short to tell
   4    a defect of stickslip itself
@@ -53,8 +52,6 @@ VERBS = (
     study,
     report,
     explore,
-    reproduce,
-    figures,
     completion,
 )
 for verb in VERBS:

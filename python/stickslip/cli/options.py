@@ -177,8 +177,8 @@ class Answer:
         figure
             The answer as a figure; None where there is none to draw.
         """
-        from stickslip.files.csv_dataset import csv_text
-        from stickslip.files.dataset_file import json_text, write_dataset
+        from stickslip.files.dataset_file import write_dataset
+        from stickslip.files.dataset_text import csv_text, json_text
 
         if self.json:
             click.echo(json_text(dataset()), nl=False)
@@ -232,9 +232,7 @@ def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
     options = (
         click.option("--json", is_flag=True, help="Print JSON instead of a table."),
         click.option("--csv", is_flag=True, help="Print CSV instead of a table."),
-        click.option(
-            "-o", "--output", "file", type=target, callback=_data_file, help="Write .nc, .json or .csv."
-        ),
+        click.option("-o", "--output", "file", type=target, callback=_data_file, help="Write .nc or .csv."),
         click.option("--plot", type=target, callback=_figure_file, help="Draw to .pdf, .svg, .eps or .png."),
         dpi_option,
     )
@@ -298,7 +296,7 @@ def table(shown: Table) -> RenderableType:
 
 
 def _data_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
-    return _of_kind(path, (".nc", ".json", ".csv"))
+    return _of_kind(path, (".nc", ".csv"))
 
 
 def _figure_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:

@@ -22,12 +22,12 @@ from stickslip.cycles.attractors import (
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, SearchInterrupted
-from stickslip.locus.asked import asked, axis, divided
-from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real, finite_time
-from stickslip.scene.family import Family, Model
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.values import axis, divided
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State
+from stickslip.scene.state import State, steady_sliding
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -113,14 +113,13 @@ class Basins(Shown):
 
 def basins(
     model: Model,
-    start: State | Callable[[Scene], State],
+    parameters: Mapping[str, Any] | None = None,
     *,
+    start: State | Callable[[Scene], State] | None = None,
     position: Mapping[str, Any] | None = None,
     velocity: Mapping[str, Any] | None = None,
-    over: Mapping[str, Any] | None = None,
     stretch: float | None = None,
     limit: float | None = None,
-    **parameters: Any,
 ) -> Basins:
     """Return the attractor that a motion reaches, over two axes: initial coordinates or parameters.
 
@@ -128,16 +127,15 @@ def basins(
     ----------
     model
         A `Scene`, or a function from keywords to one.
+    parameters
+        Values by name as for `sweep`; a parameter that is an axis has an array.
     start
-        State to which amounts are added, or a function from the scene to one.
+        State to which amounts are added, or a function from the scene to one; None: `steady_sliding`, or
+        `disturbed_sliding` where nothing is added.
     position, velocity
         Dofs with arrays of amounts to add, m and m/s.
-    over
-        Parameters by name as for `sweep`; a parameter that is an axis has an array.
     stretch, limit
         See `bifurcation`.
-    **parameters
-        The same as `over`; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -151,7 +149,7 @@ def basins(
     SearchInterrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the map with -2 where nothing was computed.
     """
-    arrays, fixed = divided(asked(basins, model, over, parameters))
+    arrays, fixed = divided(model, {} if parameters is None else parameters)
     given = [("position", dof, values) for dof, values in (position or {}).items()]
     given += [("velocity", dof, values) for dof, values in (velocity or {}).items()]
     given += [("", name, values) for name, values in arrays.items()]
@@ -163,7 +161,8 @@ def basins(
         _Axis(kind, name, axis(f"{kind}[{name!r}]" if kind else name, values)) for kind, name, values in given
     ]
     first, second = axes
-    starts, family = starts_from(start), Family(model)
+    added = any(one.kind for one in axes)
+    starts, family = starts_from(steady_sliding if start is None and added else start), Family(model)
     cases = []
     for a in first.values:
         for b in second.values:

@@ -20,10 +20,10 @@ from stickslip.cycles.attractors import (
 )
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import SearchInterrupted
-from stickslip.locus.asked import along
-from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Index, Real, finite_time
-from stickslip.scene.family import Model
+from stickslip.scene.parameters.family import Model
+from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.values import along
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
@@ -97,13 +97,12 @@ class Bifurcation(Diagram):
 
 def bifurcation(
     model: Model,
+    parameters: Mapping[str, Any],
     *,
-    over: Mapping[str, Any] | None = None,
     start: State | Callable[[Scene], State] | None = None,
     follow: bool = False,
     stretch: float | None = None,
     limit: float | None = None,
-    **parameters: Any,
 ) -> Bifurcation:
     """Return the motions that a scene settles to, over a parameter.
 
@@ -115,8 +114,8 @@ def bifurcation(
     ----------
     model
         A `Scene`, or a function from keywords to one.
-    over
-        Parameters by name as for `sweep`, one of them with an array (k,) of values.
+    parameters
+        Values by name as for `sweep`, one of them an array (k,).
     start
         Where every motion starts: a state, or a function from the scene to one; None: `disturbed_sliding`.
     follow
@@ -128,8 +127,6 @@ def bifurcation(
         None: 60 periods of the slowest mode of sliding at the first value.
     limit
         Duration, s, after which a motion counts as not recurring; None: 30 stretches.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -150,7 +147,7 @@ def bifurcation(
     SearchInterrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the values done by then.
     """
-    name, values, scene_at = along(bifurcation, model, over, parameters)
+    name, values, scene_at = along(model, parameters)
     scenes = [scene_at(value) for value in values]
     starts = starts_from(start)
     length = stretch_of(scenes[0], stretch)

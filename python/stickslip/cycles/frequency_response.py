@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from stickslip.cycles.attractors import Outcome, is_valid, settled
-from stickslip.cycles.branches.arclength import trace_branch
+from stickslip.cycles.branches.arclength import trace
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError, SearchInterrupted
-from stickslip.locus.asked import axis
-from stickslip.scene.checks import Complex, Real, described
+from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
 from stickslip.scene.loads.of_scene import core_loads, load_names, load_parameters
+from stickslip.scene.parameters.values import along, between
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, steady_sliding
@@ -108,10 +107,9 @@ class FrequencyResponse(Shown):
 
 def frequency_response(
     scene: Scene,
-    load: str | int,
-    frequencies: ArrayLike,
-    dofs: Sequence[str] | None = None,
+    parameters: Mapping[str, Any],
     *,
+    dofs: Sequence[str] | None = None,
     start: State | Callable[[Scene], State] | None = None,
     combination: str | None = None,
 ) -> FrequencyResponse:
@@ -119,16 +117,15 @@ def frequency_response(
 
     Motions are followed until they recur, at ascending frequencies and then at descending ones, each from the
     orbit before. Where the two sweeps find different orbits, the branch between them is traced around its
-    folds, so that the response also has the unstable orbits (`trace_branch`).
+    folds, so that the response also has the unstable orbits (`continuation`).
 
     Parameters
     ----------
     scene
         A scene with at least one `Harmonic` load, or a slider that vibrates.
-    load
-        Name of the load, or its place in ``scene.loads``.
-    frequencies
-        Frequencies of this load, (k,), Hz; all other loads keep theirs.
+    parameters
+        Values by name as for `sweep`, the frequency of one load an array (k,), Hz:
+        ``{"shaker_frequency": frequencies}``, or ``load_0_frequency`` of a load without a name.
     dofs
         Names of the dofs; None: all.
     start
@@ -150,20 +147,22 @@ def frequency_response(
     Raises
     ------
     InputError
-        If the load is unknown or not harmonic, a frequency not positive, or a scene or start ill-posed.
+        If there is not exactly one array, it is no frequency of a load, a frequency is not positive, or a
+        scene or start is ill-posed.
     SearchInterrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the orbits found by then.
     """
-    name, field = _asked(checked(scene), load)
-    values = np.unique(axis("frequencies", frequencies))
+    field, given, scene_at = along(checked(scene), parameters)
+    name = _load(scene, field)
+    values = np.unique(given)
     if values[0] <= 0.0:
-        raise InputError(f"frequencies: must be positive, got {values[0]:g}")
+        raise InputError(f"{field}: must be positive, got {values[0]:g}")
     chosen = list(scene.dofs) if dofs is None else list(dofs)
     places = [dof_index("dofs", dof, scene.dofs) for dof in chosen]
     begins = _starts(start)
-    scenes = [scene.replace(**{field: float(value)}) for value in values]
+    scenes = [scene_at(float(value)) for value in values]
     begun = begins(scenes[0])
-    linear = _linear(scene, name, values, begun.combination if combination is None else combination)
+    linear = _linear(scenes[0], name, values, begun.combination if combination is None else combination)
     up, stopped = _sweep(scenes, values, begins)
     down: list[Cycle | None] = []
     if stopped is None:
@@ -210,21 +209,15 @@ def frequency_response(
     return response
 
 
-def _asked(scene: Scene, load: Any) -> tuple[str, str]:
-    """Return the name of a load as parameters have it, and that of its frequency."""
+def _load(scene: Scene, field: str) -> str:
+    """Return the name of the load whose frequency a parameter is."""
     known = load_parameters(scene.loads, scene.contacts)
-    names = [key.removesuffix("_frequency") for key in known if key.endswith("_frequency")]
-    if isinstance(load, int | np.integer) and not isinstance(load, bool):
-        if not 0 <= load < len(scene.loads):
-            raise InputError(f"load: expected a place below {len(scene.loads)} or a name, got {load}")
-        name = load_names(scene.loads)[load]
-    elif isinstance(load, str):
-        name = load
-    else:
-        raise InputError(f"load: expected a name or a place, got {described(load)}")
-    if name not in names:
-        raise InputError(f"load: the scene has no harmonic load {name!r}{nearest(name, names)}")
-    return name, f"{name}_frequency"
+    fields = [name for name in known if name.endswith("_frequency")]
+    if field not in fields:
+        raise InputError(
+            f"parameters: expected the frequency of a load, got {field!r}{nearest(field, fields)}"
+        )
+    return field.removesuffix("_frequency")
 
 
 def _starts(start: Any) -> Callable[[Scene], State]:
@@ -301,15 +294,11 @@ def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[fl
     if begin == end:
         return []
     try:
-        branch = trace_branch(cycle, over={field: (begin, end)}, step=STEP, points=POINTS)
+        _, _, _, scene_at = between(cycle.scene, {field: (begin, end)})
+        placed = trace(cycle, field, (begin, end), scene_at, STEP, POINTS).placed
     except OrbitError:
         return []
-    traced = zip(branch.data[field].to_numpy(), branch.cycles, branch.data.followed.to_numpy(), strict=True)
-    return [
-        (float(value), orbit, "between")
-        for value, orbit, followed in traced
-        if orbit is not None and followed and value != begin
-    ]
+    return [(value, orbit, "between") for value, orbit in placed if orbit.is_followed() and value != begin]
 
 
 def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:

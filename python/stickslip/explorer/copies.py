@@ -73,12 +73,9 @@ def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
         lines[-1] = f"start = ss.State({parts}, scene.dofs)"
     elif start:
         lines[-1] += f".perturbed({', '.join(f'{name}={value!r}' for name, value in start.items())})"
-    settings = ", ".join(f"{name}={value!r}" for name, value in run.items())
-    lines += [
-        f"run = ss.simulate(scene, {settings}, start=start)",
-        "cycle = run.limit_cycle()",
-        "print(cycle)",
-    ]
+    duration, *others = (value if name == "duration" else f"{name}={value!r}" for name, value in run.items())
+    settings = ", ".join([repr(duration), "start", *map(str, others)])
+    lines += [f"run = ss.simulate(scene, {settings})", "cycle = run.limit_cycle()", "print(cycle)"]
     return "\n".join(lines) + "\n"
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from stickslip.locus.units import parameter_units
 from stickslip.scene.contact import LAW
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
+from stickslip.scene.parameters.units import parameter_units
 
 #: Ranges of a parameter that stands at zero, by its unit, and of any other.
 AT_ZERO = {"m/s": (-0.1, 0.1), "N": (-100.0, 100.0), "m": (0.0, 1e-3), "s": (0.0, 1e-3)}

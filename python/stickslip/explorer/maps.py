@@ -34,9 +34,9 @@ def loci(wanted: Wanted) -> dict[str, Any]:
         return {"error": f"Root loci are left out for {wanted.explored.scene.size} dofs."}
     fixed = wanted.fixed(name)
     try:
-        found = sweep(model, over={**fixed, name: np.linspace(low, high, count)}, progress=False)
+        found = sweep(model, {**fixed, name: np.linspace(low, high, count)}, progress=False)
         points = (
-            critical_points(model, over={**fixed, name: (low, high)})
+            critical_points(model, {**fixed, name: (low, high)})
             if wanted.message.get("critical") is True
             else ()
         )
@@ -81,8 +81,8 @@ def verdicts(wanted: Wanted) -> dict[str, Any]:
         # The second row tells how long the others will take; the first also loads what computes it.
         for part in (slice(0, 1), slice(1, 2), slice(2, rows)):
             before = time.perf_counter()
-            over: dict[str, Any] = {**fixed, x: first[part].ravel(), y: second[part].ravel()}
-            found = stability(wanted.explored.family.given, over=over)
+            samples: dict[str, Any] = {**fixed, x: first[part].ravel(), y: second[part].ravel()}
+            found = stability(wanted.explored.family.given, samples)
             grows = found.unstable_modes.to_numpy() > 0
             rates = shown_growth(found.growth_rate.to_numpy(), grows)
             rates = np.where(found.steady_sliding.to_numpy(), rates, np.nan)

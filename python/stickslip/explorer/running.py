@@ -13,9 +13,9 @@ from stickslip.explorer.server import Server
 from stickslip.explorer.wanted import Explored
 from stickslip.faults import InputError
 from stickslip.files.case import Case
-from stickslip.reference.section import known
 from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Family
+from stickslip.scene.known import known_of
+from stickslip.scene.parameters.family import Family
 
 #: Height of the page inside a notebook, in CSS pixels.
 HEIGHT = 900
@@ -111,7 +111,7 @@ def explore(
         raise InputError("model: the scene has no contact, so nothing can be explored")
     if whole_number("port", port, 0) > PORTS:
         raise InputError(f"port: expected a number from 0 to {PORTS}, got {port}")
-    explored = Explored(case, known(case.scene), title or name)
+    explored = Explored(case, known_of(case.scene), title or name)
     found = Explorer(explored, port)
     if open_browser:
         webbrowser.open(found.url)

@@ -15,8 +15,8 @@ from stickslip.files.case import Case
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.drawing.schematic import Schematic, structure
-from stickslip.scene.family import Family
 from stickslip.scene.known import Known
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTABLE

@@ -18,14 +18,22 @@ from stickslip.files.scene_file import (
     known,
     located,
     model_from,
+    parameter_values,
     read_tables,
     scene_from,
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.scene.checks import Real, check_memory, described, file_path, real_number
-from stickslip.scene.family import Family
+from stickslip.scene.checks import (
+    FORMAT_KEY,
+    FORMAT_VERSION,
+    Real,
+    check_format_version,
+    described,
+    file_path,
+)
 from stickslip.scene.laws.friction import Law
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import run_settings, simulate
@@ -41,7 +49,6 @@ RUN_DEFAULTS = {
     for name, parameter in inspect.signature(simulate).parameters.items()
     if name not in ("scene", "start")
 }
-RANGE_KEYS = ("from", "to", "count")
 #: Sections of a scene file; `study` belongs to `stickslip.study`.
 SECTIONS = ("scene", "model", "start", "run", "sweep", "study")
 HEADER = "# A scene for stickslip; SI units, angles in radians.\n\n"
@@ -171,7 +178,7 @@ class Case:
         """
         from stickslip.files.study_file import study_of
 
-        return study_of(self, **changes)
+        return study_of(self.model, self.study, self.run, self.start, changes)
 
     def __repr__(self) -> str:
         lines = [f"Case of {self.scene!r}"]
@@ -179,30 +186,6 @@ class Case:
             if section := getattr(self, name):
                 lines.append(f"  {name}: " + ", ".join(f"{key} = {value}" for key, value in section.items()))
         return "\n".join(lines)
-
-
-def parameter_values(name: str, value: Any) -> Real:
-    """Return the values of a parameter, (k,), from numbers or from ``{from, to, count}``.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    if isinstance(value, Mapping):
-        known(name, value, RANGE_KEYS, RANGE_KEYS)
-        count = value["count"]
-        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
-            raise InputError(f"{name}: count: expected an integer >= 2, got {described(count)}")
-        # Each value is a scene, with one pair of modes at least.
-        check_memory(f"{name}: count", 16 * count, count)
-        first, last = (real_number(f"{name}: {key}", value[key]) for key in ("from", "to"))
-        if not np.isfinite([first, last]).all():
-            raise InputError(f"{name}: from and to must be finite, got {first:g} and {last:g}")
-        return np.linspace(first, last, count)
-    if isinstance(value, str) or not np.iterable(value):
-        raise InputError(f"{name}: expected values or {{ from, to, count }}, got {value!r}")
-    return np.array([real_number(name, one) for one in value])
 
 
 def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
@@ -229,7 +212,8 @@ def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
     for name in ("start", "run", "sweep", "study"):
         if section := getattr(what, name):
             tables[name] = _section(section, what.scene)
-    file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+    older = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else HEADER
+    file.write_text(toml_text({FORMAT_KEY: FORMAT_VERSION, **tables}, older), encoding="utf-8")
 
 
 def _section(section: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
@@ -255,6 +239,8 @@ def load_case(path: str | Path) -> Case:
     """
     file = file_path(path)
     tables = read_tables(file)
+    with located(str(file)):
+        check_format_version(tables.pop(FORMAT_KEY, None))
     known(str(file), tables, SECTIONS)
     if ("scene" in tables) == ("model" in tables):
         raise InputError(f"{file}: expected either [scene] or [model], got {', '.join(tables) or 'neither'}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.faults import InputError
 from stickslip.files.case import Case, load_case, save_case
-from stickslip.files.dataset_file import SUFFIXES, Labelled, read_dataset, write_dataset
+from stickslip.files.dataset_file import REMEDIES, Labelled, read_dataset, write_dataset
 from stickslip.files.scene_file import Matrices
 from stickslip.scene.checks import described, file_path, real_number
 from stickslip.scene.scene import Scene
@@ -51,14 +51,16 @@ def save(
         letters. Axes have units that suit what they show. If the figure has no layout engine and its border
         would cut a legend or label, the layout becomes "constrained".
     path
-        The file: for a scene usually ``.toml``; for a result ``.nc``, ``.json``, ``.csv`` or ``.zarr``, a
-        folder that needs zarr (``stickslip[study]``); for a figure ``.pdf``, ``.svg``, ``.png`` or ``.eps``.
+        The file: for a scene usually ``.toml``; for a result ``.nc``, ``.zarr``, which is a folder and
+        needs zarr (``stickslip[study]``), or a table ``.csv``, which `load` does not read back; for a figure
+        ``.pdf``, ``.svg``, ``.png`` or ``.eps``.
     matrices
         Of a scene or case, where matrices and vectors go: ``inline``, into the file itself; ``npz``, ``mat``
         or ``mtx``, into files beside it, ``<name of the file>.<argument>.<suffix>``; ``auto``, into ``npz``
         where they are large. None: ``auto``.
     rows
-        Of a CSV table, the dimensions of its rows; None: the first dimension.
+        Of a CSV table, the dimensions of its rows; None: the first dimension. What has more dimensions gets a
+        column per label, what has none of them is left out, and complex numbers have two columns.
     dpi
         Of a figure, pixels per inch of a ``.png``, and of the parts that other forms hold as pixels; None:
         300.
@@ -104,7 +106,7 @@ def load(path: str | Path) -> Any:
     Parameters
     ----------
     path
-        A scene file, ``.toml``, or a dataset, ``.nc``, ``.json``, ``.csv`` or ``.zarr``.
+        A scene file, ``.toml``, or a dataset, ``.nc`` or ``.zarr``.
 
     Returns
     -------
@@ -115,10 +117,15 @@ def load(path: str | Path) -> Any:
     Raises
     ------
     InputError
-        If there is no such file, or anything in it is ill-posed: the message names the file, and in a scene
-        file key and value.
+        If the suffix is another, there is no such file, or anything in it is ill-posed: the message names the
+        file, and in a scene file key and value.
     """
-    return read_dataset(path) if file_path(path).suffix in SUFFIXES else load_case(path)
+    file = file_path(path)
+    if file.suffix in (".nc", ".zarr", *REMEDIES):
+        return read_dataset(file)
+    if file.suffix == ".toml" or file.is_dir():
+        return load_case(file)
+    raise InputError(f"{file.name}: expected a file .toml, .nc, .zarr")
 
 
 def _refuse(options: dict[str, Any], what: Any, *allowed: str) -> None:

@@ -23,10 +23,10 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.files.matrix_file import Header, matrix_header, read_matrix, write_matrix
+from stickslip.fe.formats.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
-from stickslip.scene.checks import described, real_array
+from stickslip.scene.checks import Real, check_memory, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
@@ -46,6 +46,7 @@ HARMONIC_KEYS, STEPS_KEYS = (
 )
 
 Matrices = Literal["auto", "inline", "npz", "mat", "mtx"]
+RANGE_KEYS = ("from", "to", "count")
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -317,3 +318,27 @@ def _written(path: Path, key: str, value: Any, matrices: Matrices) -> Any:
         "column": entries.coords[1],
         "value": entries.data,
     }
+
+
+def parameter_values(name: str, value: Any) -> Real:
+    """Return the values of a parameter, (k,), from numbers or from ``{from, to, count}``.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if isinstance(value, Mapping):
+        known(name, value, RANGE_KEYS, RANGE_KEYS)
+        count = value["count"]
+        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
+            raise InputError(f"{name}: count: expected an integer >= 2, got {described(count)}")
+        # Each value is a scene, with one pair of modes at least.
+        check_memory(f"{name}: count", 16 * count, count)
+        first, last = (real_number(f"{name}: {key}", value[key]) for key in ("from", "to"))
+        if not np.isfinite([first, last]).all():
+            raise InputError(f"{name}: from and to must be finite, got {first:g} and {last:g}")
+        return np.linspace(first, last, count)
+    if isinstance(value, str) or not np.iterable(value):
+        raise InputError(f"{name}: expected values or {{ from, to, count }}, got {value!r}")
+    return np.array([real_number(name, one) for one in value])

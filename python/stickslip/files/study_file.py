@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.files.case import RANGE_KEYS, Case, parameter_values
-from stickslip.files.scene_file import known, located
+from stickslip.files.scene_file import RANGE_KEYS, known, located, parameter_values
 from stickslip.scene.checks import real_number
 from stickslip.scene.contact import nearest
+from stickslip.scene.parameters.family import Model
 from stickslip.study.study import Study
 
 #: Arguments of `Study` that a file may have; the rest comes from its other sections.
@@ -48,37 +48,44 @@ SHORT = {
 }
 
 
-def study_of(case: Case, **changes: Any) -> Study:
-    """Return the study of a case: its section `[study]`, with duration and settings of `[run]` and its start.
+def study_of(
+    model: Model,
+    section: Mapping[str, Any],
+    run: Mapping[str, Any],
+    start: Mapping[str, Any],
+    changes: Mapping[str, Any],
+) -> Study:
+    """Return the study of a case, see `Case.to_study`.
 
     Parameters
     ----------
-    case
-        Its start, if it has one, is added to the sliding equilibrium of every sample; else the fastest
-        growing mode is.
-    **changes
-        Go before what the section says; None: as it stands.
+    model, run, start
+        What a `Case` holds of them.
+    section
+        Its section `[study]`.
+    changes
+        Arguments of `Study` that go before what the section says; None: as it stands.
 
     Raises
     ------
     InputError
         If there are no parameters, or anything is ill-posed.
     """
-    known("[study]", case.study, KEYS)
-    told = {key: value for key, value in changes.items() if value is not None}
-    given = {**case.study, **told}
+    known("[study]", section, KEYS)
+    changed = {key: value for key, value in changes.items() if value is not None}
+    given = {**section, **changed}
     parameters = given.pop("parameters", {})
     with located("[study]"):
         if not isinstance(parameters, Mapping) or not parameters:
             raise InputError(f"parameters: expected names with distributions, got {parameters!r}")
         laws = {name: distribution(name, value) for name, value in parameters.items()}
-        if not any(hasattr(law, "ppf") for law in laws.values()) and "samples" not in told:
+        if not any(hasattr(law, "ppf") for law in laws.values()) and "samples" not in changed:
             # The number of the section belongs to its distributions.
             given.pop("samples", None)
-        if "combination" in case.start:
+        if "combination" in start:
             raise InputError("[start]: a study starts beside sliding equilibrium, without a combination")
-        run = {key: case.run[key] for key in ("duration", "method", "max_events") if key in case.run}
-        return Study(case.model, laws, **{**run, **case.start, **given})
+        of_run = {key: run[key] for key in ("duration", "method", "max_events") if key in run}
+        return Study(model, laws, **{**of_run, **start, **given})
 
 
 def distribution(name: str, value: Any) -> Any:

@@ -1,101 +1,99 @@
-"""TOML as text: what `tomllib` reads back to the same values, floats to the last bit."""
+"""TOML by tomlkit: tables as text that `tomllib` reads back to the same values, floats to the last bit."""
 
 from __future__ import annotations
 
 import numbers
-import re
-from collections.abc import Mapping, Sequence
+import tomllib
+from collections.abc import Mapping, MutableMapping, Sequence
 from typing import Any
 
 import numpy as np
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import Array, Table, Trivia, Whitespace
 
 from stickslip.faults import InputError
-
-BARE = re.compile(r"[A-Za-z0-9_-]+")
-#: Longest line of an array of numbers; longer ones are wrapped.
-WIDTH = 100
-ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
-
-
-def toml_text(tables: Mapping[str, Any]) -> str:
-    """Return tables as TOML: mappings become tables, sequences of mappings arrays of tables.
-
-    Raises
-    ------
-    InputError
-        If a value has no form in TOML, or a text cannot be encoded.
-    """
-    return "\n".join(_lines(tables, ())).lstrip("\n") + "\n"
-
-
-def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    lines, later = [], []
-    for key, value in table.items():
-        if isinstance(value, Mapping) and not isinstance(value, Inline):
-            later += ["", f"[{_path((*path, key))}]", *_lines(value, (*path, key))]
-        elif isinstance(value, Sequence) and not isinstance(value, str) and _are_tables(value):
-            for entry in value:
-                later += ["", f"[[{_path((*path, key))}]]", *_lines(entry, (*path, key))]
-        else:
-            lines.append(f"{_key(key)} = {_value(f'{_path((*path, key))}', value)}")
-    return lines + later
 
 
 class Inline(dict[str, Any]):
     """A table that is written in one line."""
 
 
-def _are_tables(values: Sequence[Any]) -> bool:
-    return len(values) > 0 and all(isinstance(value, Mapping) for value in values)
+def toml_text(tables: Mapping[str, Any], older: str = "") -> str:
+    """Return tables as TOML: mappings become tables, sequences of mappings arrays of tables.
+
+    `older` is a text of which comments, order and form stay wherever its keys and values do; one that is no
+    TOML is replaced.
+
+    Raises
+    ------
+    InputError
+        If a value has no form in TOML, or a text cannot be encoded.
+    """
+    new = tomlkit.document()
+    _update(new, tables, ())
+    try:
+        document = tomlkit.parse(older)
+        _update(document, tables, ())
+        text = tomlkit.dumps(document)
+        # Of a table that had only tables in it, tomlkit forgets the name with the last of them.
+        return text if tomllib.loads(text) == new.unwrap() else tomlkit.dumps(new)
+    except TOMLKitError:
+        return tomlkit.dumps(new)
 
 
-def _value(place: str, value: Any) -> str:
+def _update(table: MutableMapping[str, Any], values: Mapping[str, Any], path: tuple[str, ...]) -> None:
+    for key in [key for key in table if key not in values]:
+        del table[key]
+    for key, value in values.items():
+        place = (*path, key)
+        item = _item(".".join(place), value, isinstance(value, Inline))
+        present = table.get(key)
+        if isinstance(item, Table) and isinstance(present, Table):
+            _update(present, value, place)
+        elif repr(present) != repr(item):
+            # A text without a form in UTF-8 is no key either.
+            table[_encoded("key", key)] = item
+
+
+def _item(place: str, value: Any, inline: bool) -> Any:
+    """Return a value as tomlkit writes it; within a line tables are in it, too."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, numbers.Real):
-        return repr(float(value))
-    if isinstance(value, str):
-        return _text(place, value)
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{_key(k)} = {_value(place, v)}' for k, v in value.items())} }}"
+        table = tomlkit.inline_table() if inline else tomlkit.table()
+        for key, entry in value.items():
+            table[_encoded("key", key)] = _item(f"{place}.{key}", entry, inline or isinstance(entry, Inline))
+        return table
+    if isinstance(value, str):
+        return tomlkit.string(_encoded(place, value))
     if isinstance(value, Sequence):
-        return _array([_value(place, entry) for entry in value])
+        if value and not inline and all(isinstance(entry, Mapping) for entry in value):
+            tables = tomlkit.aot()
+            for entry in value:
+                tables.append(_item(place, dict(entry), False))
+            return tables
+        return _array([_item(place, entry, True) for entry in value])
+    if isinstance(value, bool | int):
+        return tomlkit.item(value)
+    if isinstance(value, numbers.Real):
+        return tomlkit.item(float(value))
     raise InputError(f"{place}: {value!r} has no form in TOML")
 
 
-def _array(entries: list[str]) -> str:
-    """Write numbers in lines of `WIDTH`, the rows of a matrix in a line each where they fit."""
-    short = f"[{', '.join(entries)}]"
-    if len(short) <= WIDTH and not any(entry.startswith("[") for entry in entries):
-        return short
-    lines = [""]
-    for entry in entries:
-        if lines[-1] and (entry.startswith("[") or len(lines[-1]) + len(entry) > WIDTH):
-            lines.append("")
-        lines[-1] += f"{' ' if lines[-1] else ''}{entry},"
-    body = "\n".join(lines).replace("\n", "\n  ")
-    return f"[\n  {body}\n]"
+def _array(entries: list[Any]) -> Array:
+    """Return an array, the rows of a matrix in a line each; put together at once, not in quadratic time."""
+    matrix = any(isinstance(entry, Array) for entry in entries)
+    before, last = ("\n  ", ",\n") if matrix else (" ", "")
+    parts: list[Any] = []
+    for k, entry in enumerate(entries):
+        parts += [Whitespace(before if k or matrix else ""), entry, Whitespace(",")]
+    return Array([*parts[:-1], Whitespace(last)], Trivia())
 
 
-def _path(keys: tuple[str, ...]) -> str:
-    return ".".join(_key(key) for key in keys)
-
-
-def _key(key: str) -> str:
-    return key if BARE.fullmatch(key) else _text("key", key)
-
-
-def _text(place: str, value: str) -> str:
+def _encoded(place: str, value: str) -> str:
     try:
         value.encode()
     except UnicodeEncodeError:
         raise InputError(f"{place}: {value!r} is no text that a file can hold") from None
-    escaped = (
-        ESCAPES.get(letter) or (f"\\u{ord(letter):04x}" if ord(letter) < 32 or ord(letter) == 127 else letter)
-        for letter in value
-    )
-    return f'"{"".join(escaped)}"'
+    return value

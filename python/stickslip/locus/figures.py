@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.faults import InputError
-from stickslip.locus.critical import CriticalPoint
+from stickslip.locus.points import CriticalPoint
 from stickslip.modes.modes import shown_growth
 from stickslip.scene.checks import described
 from stickslip.show.plots import figure_of, panels_of
@@ -43,7 +43,7 @@ def loci(
         Whether to leave out growth rates far below those of the least damped branches; with them the least
         damped branches would lie on one line.
     critical
-        Result of `critical_points` or `hopf_points`: rings mark its Hopf points.
+        Result of `critical_points`: rings mark its Hopf points.
     figure
         Where to draw, with two panels or none; None: in a new one.
 

@@ -20,10 +20,10 @@ from scipy.optimize import brentq
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
-from stickslip.scene.family import Family
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.laws.of_contacts import concerns, law_entry
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.

@@ -21,20 +21,21 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.locus.asked import asked
 from stickslip.locus.band.path import INTERPOLATED, Projected, wanted_region
 from stickslip.locus.path import Sliding, friction_enters_linearly, moved_friction
-from stickslip.locus.units import parameter_units
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
-from stickslip.scene.checks import Complex, Real, real_number
-from stickslip.scene.family import Family, Model
+from stickslip.scene.checks import Complex, Real, check_memory, real_number
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.units import parameter_units
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 
+#: Names of the matrices whose entries eigenvalues can be differentiated by.
+Entries = Literal["mass", "damping", "stiffness", "gyroscopic", "circulatory"]
 #: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
 _DEFINED = 1e-6
 #: Half-width of the interval on which a model function is interpolated, of the parameter's size.
@@ -43,13 +44,12 @@ _NEIGHBOURHOOD = 0.01
 
 def sensitivity(
     model: Model,
-    combination: str | None = None,
+    parameters: Sequence[str] | Mapping[str, float] | None = None,
     *,
-    parameters: Sequence[str] | None = None,
-    over: Mapping[str, float] | None = None,
+    combination: str | None = None,
+    entries: Entries | None = None,
     band: Sequence[float] | None = None,
     growth: Sequence[float | None] = (None, None),
-    **values: float,
 ) -> xr.Dataset:
     """Return the derivatives of all eigenvalues, or of those in a band, with respect to parameters.
 
@@ -57,18 +57,17 @@ def sensitivity(
     ----------
     model
         A `Scene`, or a function from keywords to one.
+    parameters
+        Names as for `sweep` (``friction`` changes all contacts alike), or names with the values at which to
+        differentiate; the other parameters stay as they are. None: ``friction``, or nothing with `entries`.
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
-    parameters
-        Names as for `sweep` (``friction`` changes all contacts alike). None: the parameters that have a value
-        in `over`; ``friction`` if none has.
-    over
-        Values of parameters, by name; the others stay as they are.
+    entries
+        Name of a matrix: the result has the derivatives with respect to every entry of it as well. Entries of
+        mass and stiffness change proportional damping along with them.
     band, growth
         Frequencies in Hz and growth rates in 1/s as for `complex_modes`: only the modes inside are
         differentiated, and a large scene computes no others.
-    **values
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -76,23 +75,19 @@ def sensitivity(
         Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest
         other eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``:
         ``derivative``, nan where it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and
-        its partner, always finite but for bands of large scenes, where it is nan with the derivative.
+        its partner, always finite but for bands of large scenes, where it is nan with the derivative. With
+        `entries`, over ``mode``, ``row`` and ``column`` (dofs): ``entry_derivative``, nan where it is not
+        defined; each value is for one entry alone, and a symmetric change is the sum of two entries.
 
     Raises
     ------
     InputError
         If a parameter is unknown, a function is to be differentiated where it has no value, the model is not
-        smooth there, or `band` or `growth` is ill-posed.
+        smooth there, or `band` or `growth` is ill-posed; if `entries` is no matrix, or changes the normal
+        forces of contacts under laws over slip speed.
     """
     wanted_region(band, growth)
-    told = asked(sensitivity, model, over, values)
-    point = {name: real_number(name, value) for name, value in told.items()}
-    if isinstance(parameters, str):
-        raise InputError(f"parameters: expected a sequence of names, got {parameters!r}")
-    names = tuple(point or ("friction",)) if parameters is None else tuple(parameters)
-    family = Family(model)
-    for name in names:
-        family.check([name])
+    family, names, point = _point(model, parameters, entries)
     scene = family.scene(point)
     modes = complex_modes(scene, combination, band=band, growth=growth)
     large = scipy.sparse.issparse(modes.mass)
@@ -111,14 +106,15 @@ def sensitivity(
             _model_change(sliding, {**point, name: value}, name, basis) for name, value in centres.items()
         ]
     partner, defined = _partners(modes)
-    derivative = np.array([_derivative(modes, right, left, change) for change in changes])
+    derivative = np.array([_derivative(modes, right, left, change) for change in changes], dtype=complex)
+    derivative = derivative.reshape(len(names), modes.eigenvalues.size)
     means = derivative.copy()
     for mode in np.flatnonzero(~defined):
         pair = modes.eigenvalues[[mode, partner[mode]]]
         for row, change in zip(means, changes, strict=True):
             row[mode] = complex(np.nan, np.nan) if large else _mean_derivative(modes, change, pair)
     derivative[:, ~defined] = complex(np.nan, np.nan)
-    return xr.Dataset(
+    found = xr.Dataset(
         {
             "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
             "defined": ("mode", defined),
@@ -127,43 +123,38 @@ def sensitivity(
             "mean_derivative": (("parameter", "mode"), means, {"units": "1/s per unit"}),
         },
         coords={
-            "parameter": list(names),
-            "unit": ("parameter", [parameter_units(model, name).get("units", "") for name in names]),
+            "parameter": np.array(names, dtype=str),
+            "unit": (
+                "parameter",
+                np.array([parameter_units(model, name).get("units", "") for name in names], dtype=str),
+            ),
             "mode": np.arange(modes.eigenvalues.size),
         },
     )
+    return found if entries is None else found.merge(_entry_derivatives(scene, modes, entries, defined))
 
 
-def entry_sensitivity(
-    scene: Scene,
-    matrix: Literal["mass", "damping", "stiffness", "gyroscopic", "circulatory"],
-    combination: str | None = None,
-) -> xr.DataArray:
-    """Return the derivatives of all eigenvalues with respect to every entry of a matrix.
+def _point(
+    model: Model, parameters: Any, entries: Entries | None
+) -> tuple[Family, tuple[str, ...], dict[str, float]]:
+    """Return the family, the names to differentiate by, and the values of those that are given one."""
+    if parameters is None:
+        parameters = ("friction",) if entries is None else ()
+    if isinstance(parameters, str):
+        raise InputError(f"parameters: expected a sequence of names, or values by name, got {parameters!r}")
+    given = parameters if isinstance(parameters, Mapping) else {}
+    point = {name: real_number(name, value) for name, value in given.items()}
+    family = Family(model)
+    family.check(point)
+    names = tuple(parameters)
+    for name in names:
+        family.check([name])
+    return family, names, point
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    matrix
-        Name of the matrix. Entries of mass and stiffness change proportional damping along with them.
-    combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
 
-    Returns
-    -------
-    xarray.DataArray
-        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. Each
-        value is for one entry alone: a symmetric change is the sum of two entries.
-
-    Raises
-    ------
-    InputError
-        If `matrix` is none of these, or changes the normal forces of contacts under laws over slip speed.
-    """
-    modes = complex_modes(scene, combination)
+def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any) -> xr.Dataset:
+    """Return the derivatives of all eigenvalues with respect to every entry of a matrix."""
     reduced = equations_of(scene, modes.combination)
-    _, defined = _partners(modes)
     value = modes.eigenvalues
     law = scene.damping if isinstance(scene.damping, Rayleigh) else Rayleigh()
     if scene.core.has_massless and law.stiffness:
@@ -174,38 +165,30 @@ def entry_sensitivity(
     loaded = any(isinstance(one.friction, Law) and one.normal is not None for one in scene.contacts)
     if loaded and matrix in ("stiffness", "circulatory"):
         raise InputError(
-            f"matrix: {matrix} also changes normal forces, and with them the slope of friction over slip"
+            f"entries: {matrix} also changes normal forces, and with them the slope of friction over slip"
             " speed; differentiate a function that returns the scene"
         )
+    per_viscous, per_spring = "1/s/(N s/m)", "1/s/(N/m)"
     factors = {
-        "mass": value**2 + law.mass * value,
-        "damping": value,
-        "stiffness": 1.0 + law.stiffness * value,
-        "gyroscopic": value,
-        "circulatory": np.ones_like(value),
+        "mass": (value**2 + law.mass * value, "1/s/kg"),
+        "damping": (value, per_viscous),
+        "stiffness": (1.0 + law.stiffness * value, per_spring),
+        "gyroscopic": (value, per_viscous),
+        "circulatory": (np.ones_like(value), per_spring),
     }
     if matrix not in factors:
-        raise InputError(f"matrix: expected one of {list(factors)}, got {matrix!r}")
+        raise InputError(f"entries: expected one of {list(factors)}, got {matrix!r}")
+    factor, unit = factors[matrix]
+    check_memory("entries", 2 * value.size * scene.size**2, value.size)
     right = reduced.right_basis @ modes.right_displacement
     left = reduced.left_basis @ modes.left_displacement
     with np.errstate(invalid="ignore"):
-        derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
+        derivative = -np.einsum("r,ir,jr->rij", factor / modes.a, left, right)
     derivative[~defined] = complex(np.nan, np.nan)
-    coords = {"mode": np.arange(value.size), "row": list(scene.dofs), "column": list(scene.dofs)}
-    per_viscous, per_spring = "1/s/(N s/m)", "1/s/(N/m)"
-    unit = {
-        "mass": "1/s/kg",
-        "damping": per_viscous,
-        "gyroscopic": per_viscous,
-        "stiffness": per_spring,
-        "circulatory": per_spring,
-    }[matrix]
-    return xr.DataArray(
-        derivative,
-        dims=("mode", "row", "column"),
-        coords=coords,
-        name="derivative",
-        attrs={"long_name": f"d eigenvalue / d {matrix}", "units": unit},
+    attrs = {"long_name": f"d eigenvalue / d entry of {matrix}", "units": unit}
+    return xr.Dataset(
+        {"entry_derivative": (("mode", "row", "column"), derivative, attrs)},
+        coords={"row": list(scene.dofs), "column": list(scene.dofs)},
     )
 
 

@@ -10,25 +10,24 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.locus.asked import asked
 from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.band.sweep import band_verdicts
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Real, real_array
-from stickslip.scene.family import Family, Model
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.values import checked_parameters
 from stickslip.scene.scene import Scene
 
 
 def stability(
     model: Model,
-    combination: str | None = None,
+    parameters: Mapping[str, Any],
     *,
-    over: Mapping[str, Any] | None = None,
+    combination: str | None = None,
     band: Sequence[float] | None = None,
     growth: Sequence[float | None] = (None, None),
-    **parameters: Any,
 ) -> xr.Dataset:
     """Return the least stable eigenvalue of every scene of a sample, without computing vectors.
 
@@ -37,18 +36,16 @@ def stability(
     model
         A `Scene`, or a function from keywords to one. Scenes and the functions of `stickslip.models`, also
         with some arguments set by `functools.partial`, are evaluated in compiled code.
-    combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding of each sample, in which each
-        slider speed gives the sign of its contact.
-    over
+    parameters
         Samples (k,) of parameters, by names as for `sweep`, all of one length; numbers stay the same in all
         samples. A parameter with several entries, such as ``friction`` of two contacts, also takes (k,
         entries).
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding of each sample, in which each
+        slider speed gives the sign of its contact.
     band, growth
         Frequencies in Hz and growth rates in 1/s as for `complex_modes`: only the modes inside decide the
         verdict. For a large scene one parameter has samples, and its modes are followed as by `sweep`.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -70,7 +67,7 @@ def stability(
     """
     region = wanted_region(band, growth)
     family = Family(model)
-    told = asked(stability, model, over, parameters)
+    told = checked_parameters(model, parameters)
     columns = _columns(family, {name: real_array(name, value, 0, 1, 2) for name, value in told.items()})
     rows = np.column_stack([*columns.values()])
     attrs: dict[str, Any] = {}

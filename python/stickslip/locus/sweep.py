@@ -13,15 +13,15 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
 from stickslip.locus.band.sweep import swept_band
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
-from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, check_memory, whole_number
-from stickslip.scene.family import Family, Model
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.units import derivative_units, parameter_units
+from stickslip.scene.parameters.values import axis, divided
 from stickslip.show.progress import LONG, tracked, watched
 
 _Part = TypeVar("_Part")
@@ -34,15 +34,14 @@ _POINTWISE = ("stable", "steady_sliding", "normal_force")
 
 def sweep(
     model: Model,
-    combination: str | None = None,
+    parameters: Mapping[str, Any],
     *,
-    over: Mapping[str, Any] | None = None,
+    combination: str | None = None,
     vectors: bool = False,
     modes: int | None = None,
     progress: bool | None = None,
     band: Sequence[float] | None = None,
     growth: Sequence[float | None] = (None, None),
-    **parameters: Any,
 ) -> xr.Dataset:
     """Return the eigenvalues over one or two parameters, with branches tracked.
 
@@ -50,14 +49,14 @@ def sweep(
     ----------
     model
         A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
-    combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
-        the sign of its contact.
-    over
-        Parameters by name, one or two of them with an array (k,) of distinct values, the rest with a number.
+    parameters
+        Values by name, one or two of them an array (k,) of distinct values, the rest a number.
         Names: a field of the contacts (``friction``), or of one contact (``friction_0``, or
         ``friction_left`` if it has a name); of a function also any keyword that takes a number, and an entry
         of one that takes an array (``vertical_stiffness_1``).
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
     vectors
         Whether to keep the left and right vectors of every point.
     modes
@@ -69,8 +68,6 @@ def sweep(
     band, growth
         For a large scene, over one parameter: frequencies in Hz and growth rates in 1/s as for
         `complex_modes`. The result has the branches that are inside at any of the values.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -112,7 +109,7 @@ def sweep(
     at values between. These values are added until the pencil projected on all modes, right and left, has the
     eigenvalues that the modes at the next value have. The branches are those of the projected pencil.
     """
-    arrays, fixed = divided(asked(sweep, model, over, parameters))
+    arrays, fixed = divided(model, parameters)
     if not 1 <= len(arrays) <= 2:
         raise InputError(f"sweep: expected one or two parameters with arrays of values, got {list(arrays)}")
     if modes is not None:

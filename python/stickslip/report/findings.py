@@ -15,7 +15,8 @@ import xarray as xr
 from stickslip.cycles.attractors import affordable_search, set_in_motion, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError
-from stickslip.locus.critical import CriticalPoint, critical_points
+from stickslip.locus.critical import critical_points
+from stickslip.locus.points import CriticalPoint
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
@@ -23,9 +24,9 @@ from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Real
-from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.laws.friction import Tabulated
+from stickslip.scene.parameters.family import Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import simulate
@@ -131,7 +132,7 @@ def findings(
     start: State | None = None,
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
-    over: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Any] | None = None,
     known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
@@ -151,7 +152,7 @@ def findings(
         (or decay) by e^30, but 20 to 400 of its periods. Without `max_events` the number of dofs limits the
         events. The search for what the motion settles to has the rest of the time limit (default 30 s of
         computing).
-    model, over
+    model, parameters
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
         values over which eigenvalues are followed; None: friction.
     known
@@ -169,7 +170,7 @@ def findings(
     equilibrium = _equilibrium(scene, reasons)
     modes = complex_modes(scene, _sliding(scene) if equilibrium is None else equilibrium.combination)
     told("computing the eigenvalues over a parameter")
-    parameter, loci, critical = _loci(scene, modes, scene if model is None else model, over, reasons)
+    parameter, loci, critical = _loci(scene, modes, scene if model is None else model, parameters, reasons)
     begin = start
     if begin is None and equilibrium is not None:
         begin = set_in_motion(scene, equilibrium, modes) if known.start is None else known.start
@@ -240,11 +241,11 @@ def _loci(
     scene: Scene,
     modes: Modes,
     model: Model,
-    over: Mapping[str, Any] | None,
+    parameters: Mapping[str, Any] | None,
     reasons: dict[str, str],
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
-    if over:
-        return _loci_over(modes, model, over, reasons)
+    if parameters:
+        return _loci_over(modes, model, parameters, reasons)
     frictions = {contact.coefficient() for contact in scene.contacts}
     speeds = {contact.slider_speed for contact in scene.contacts if contact.tangential is not None}
     if scene.core.has_friction_laws and (len(speeds) > 1 or speeds == {0.0}):
@@ -273,8 +274,12 @@ def _loci(
         top = max(2.0 * frictions.pop(), 1.0)
         values, span = np.linspace(0.0, top, VALUES), (0.0, top)
         try:
-            branches = sweep(sliding, combination, progress=False, friction=values)
-            return "friction", branches, list(critical_points(sliding, combination, friction=span))
+            branches = sweep(sliding, {"friction": values}, combination=combination, progress=False)
+            return (
+                "friction",
+                branches,
+                list(critical_points(sliding, {"friction": span}, combination=combination)),
+            )
         except (InputError, RunError) as error:
             reasons["loci"] = f"no loci: {error}"
             return "", None, []
@@ -284,8 +289,8 @@ def _loci(
 
     values = np.linspace(0.0, 2.0, VALUES)
     try:
-        branches = sweep(scaled, combination, progress=False, friction_factor=values)
-        points = critical_points(scaled, combination, friction_factor=(0.0, 2.0))
+        branches = sweep(scaled, {"friction_factor": values}, combination=combination, progress=False)
+        points = critical_points(scaled, {"friction_factor": (0.0, 2.0)}, combination=combination)
     except (InputError, RunError) as error:
         reasons["loci"] = f"no loci: {error}"
         return "", None, []
@@ -303,15 +308,17 @@ def _speeds(scene: Scene, speed: float) -> Real:
 
 
 def _loci_over(
-    modes: Modes, model: Model, over: Mapping[str, Any], reasons: dict[str, str]
+    modes: Modes, model: Model, parameters: Mapping[str, Any], reasons: dict[str, str]
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
-    if len(over) != 1:
-        raise InputError(f"over: expected one parameter, got {list(over)}")
-    ((name, values),) = over.items()
+    if len(parameters) != 1:
+        raise InputError(f"parameters: expected one, got {list(parameters)}")
+    ((name, values),) = parameters.items()
     span: Any = (float(np.min(values)), float(np.max(values)))
     try:
-        branches = sweep(model, modes.combination, over={name: values}, progress=False)
-        points = critical_points(model, modes.combination, over={name: span}) if span[0] < span[1] else []
+        branches = sweep(model, {name: values}, combination=modes.combination, progress=False)
+        points = (
+            critical_points(model, {name: span}, combination=modes.combination) if span[0] < span[1] else []
+        )
     except RunError as error:
         reasons["loci"] = f"no loci: {error}"
         return "", None, []

@@ -18,8 +18,8 @@ from stickslip.report.motion import cycle_section, energy_section, spectrum_sect
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
 from stickslip.report.touch import HEADING, touch_section
 from stickslip.scene.checks import file_path
-from stickslip.scene.family import Model
 from stickslip.scene.known import Known
+from stickslip.scene.parameters.family import Model
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
 from stickslip.show.html import details, facts, number, section, template
@@ -50,7 +50,7 @@ def write_report(
     start: State | None = None,
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
-    over: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Any] | None = None,
     known: Known = Known(),  # noqa: B008
     origin: Mapping[str, str] | None = None,
     source: str | None = None,
@@ -75,11 +75,11 @@ def write_report(
     settings
         Arguments of `simulate`. Without a duration the motion lasts as long as the leading mode takes to grow
         (or decay) by e^30, but 20 to 400 of its periods.
-    model, over
+    model, parameters
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
         values over which eigenvalues are followed; None: friction.
     known
-        Facts about the scene beyond its numbers, such as `stickslip.reference.known(scene)`.
+        Facts about the scene beyond its numbers: a start, places of its masses, a section of your own.
     origin
         Entries by which the page says where it comes from: names and texts, such as a date and a command.
     source
@@ -110,7 +110,7 @@ def write_report(
         start=start,
         settings=settings,
         model=model,
-        over=over,
+        parameters=parameters,
         known=known,
         told=told,
     )

@@ -18,7 +18,7 @@ from stickslip.explorer.wanted import Explored, Wanted
 from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.report.findings import Findings
-from stickslip.scene.family import Model
+from stickslip.scene.parameters.family import Model
 from stickslip.show.html import note, section, template
 
 #: Values of the parameter whose motions the page holds, values of its loci.

@@ -33,6 +33,8 @@ Matrix: TypeAlias = Real | scipy.sparse.csr_array
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 #: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
 THREADS = 1024
+#: Version of the format of scenes, cases, studies, datasets and stores in files, and its key there.
+FORMAT_VERSION, FORMAT_KEY = 1, "format_version"
 #: Letters of a value that an error message shows, contacts whose status a title shows.
 WIDTH, STATUSES = 160, 24
 
@@ -132,6 +134,21 @@ def file_path(value: Any) -> Path:
         return Path(value)
     except TypeError:
         raise InputError(f"path: expected the path of a file, got {described(value)}") from None
+
+
+def check_format_version(version: Any) -> None:
+    """Refuse a file of a later version of stickslip; None: a file that states no version.
+
+    Raises
+    ------
+    InputError
+        If the version is no whole number >= 1, or newer than `FORMAT_VERSION`.
+    """
+    if version is not None and whole_number(FORMAT_KEY, version, 1) > FORMAT_VERSION:
+        raise InputError(
+            f"{FORMAT_KEY}: this stickslip reads files up to version {FORMAT_VERSION}, got {version}; "
+            "pip install --upgrade stickslip"
+        )
 
 
 def check_memory(argument: str, numbers: float, value: Any) -> None:

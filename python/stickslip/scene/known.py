@@ -1,12 +1,18 @@
-"""What is known of a scene beyond its numbers: how to draw it, how it starts, what was published of it."""
+"""What is known of a scene beyond its numbers: how to draw it, how it starts, a section of its report."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from stickslip.faults import InputError
 from stickslip.scene.drawing.schematic import Column
-from stickslip.scene.state import State
+from stickslip.scene.models import two_subsystems
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, steady_sliding
+from stickslip.scene.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -27,3 +33,36 @@ class Known:
     start: State | None = None
     columns: Sequence[Column] = ()
     section: tuple[str, str, Callable[[], str]] | None = None
+
+
+#: The four masses of the model of two subsystems.
+COLUMNS = (
+    Column(("m1", 0, 1), ("m2", 2, 3), 0.3),
+    Column(("m3", 4, 5), ("m4", 6, 7), 0.75),
+)
+
+
+def known_of(scene: Scene) -> Known:
+    """Return places and start of the model of two subsystems, whatever its friction, slider speeds and loads.
+
+    Of any other scene nothing is known.
+    """
+    if not _is_two_subsystems(scene):
+        return Known()
+    try:
+        return Known(steady_sliding(scene).perturbed(velocity={"x1": 1e-3}), COLUMNS)
+    except InputError:
+        # Without steady sliding nothing can be disturbed.
+        return Known(None, COLUMNS)
+
+
+def _is_two_subsystems(scene: Scene) -> bool:
+    """Return whether a scene has the matrices and directions of the model."""
+    model = two_subsystems()
+    if scene.dofs != model.dofs or len(scene.contacts) != 2 or scene.damping != model.damping:
+        return False
+    if scene.unsymmetric:
+        return False
+    ours, theirs = (Structure.dense(one) for one in (scene, model))
+    names = ("mass", "stiffness", "directions")
+    return all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in names)

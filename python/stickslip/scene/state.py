@@ -22,12 +22,15 @@ from stickslip.scene.checks import (
 )
 from stickslip.scene.contact import aligned, dof_index, nearest
 from stickslip.scene.scene import Scene, checked
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Change of a state: dof name or index to amount, or one amount per dof.
 Change = Mapping[str | int, float] | ArrayLike
+#: What is known of the uniqueness of an equilibrium, in words.
+UNIQUE = {True: "the only one", False: "one of several", None: "whether it is the only one: not known"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -210,11 +213,13 @@ def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium(State):
-    """Steady sliding: a `State` at rest, with the normal forces that hold it.
+class Equilibrium(State, Shown):
+    """Steady sliding: a `State` at rest of a scene, with the contact forces that hold it.
 
     Attributes
     ----------
+    scene
+        The scene that slides.
     normal_forces
         N >= 0 of every contact, (c,), N; 0 of open ones.
     unique
@@ -224,31 +229,76 @@ class Equilibrium(State):
         The other equilibrium if `unique` is False, otherwise None; its own `unique` is None.
     """
 
+    scene: Scene = field(kw_only=True)
     normal_forces: Real = field(kw_only=True)
     unique: bool | None = field(kw_only=True)
     other: Equilibrium | None = field(kw_only=True)
 
     def __init__(
         self,
+        scene: Scene,
         position: ArrayLike,
         combination: str,
-        dofs: Sequence[str] | None,
         *,
         normal_forces: ArrayLike,
         unique: bool | None = None,
         other: Equilibrium | None = None,
     ) -> None:
-        super().__init__(position, np.zeros(np.shape(position)), combination, dofs)
+        super().__init__(position, np.zeros(np.shape(position)), combination, scene.dofs)
+        object.__setattr__(self, "scene", scene)
         object.__setattr__(self, "normal_forces", real_array("normal_forces", normal_forces, 1))
         object.__setattr__(self, "unique", unique)
         object.__setattr__(self, "other", other)
 
+    @property
+    def friction_forces(self) -> Real:
+        """T of every contact on the structure along its tangential direction, (c,), N; 0 of open ones."""
+        forces: Real = self.contact_forces().friction_force.to_numpy()
+        return forces
+
+    def contact_forces(self, scene: Scene | None = None) -> xr.Dataset:
+        """Return the contact forces, see `State.contact_forces`; of its own scene if none is given."""
+        return super().contact_forces(self.scene if scene is None else scene)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the state and its forces.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``dof`` ``position``, m; over ``contact`` ``normal_force`` and ``friction_force``, N, and
+            ``status``, a letter each. The attributes ``combination``, and ``unique``: ``yes``, ``no`` or
+            ``not known``.
+        """
+        known = {True: "yes", False: "no", None: "not known"}[self.unique]
+        return (
+            self.contact_forces()
+            .assign(
+                position=("dof", self.position, {"units": "m"}),
+                status=("contact", np.array(list(self.combination), dtype=np.str_)),
+            )
+            .assign_coords(dof=list(self.dofs))
+            .assign_attrs(combination=self.combination, unique=known)
+        )
+
+    def summary(self) -> Summary:
+        """Return whether the equilibrium is the only one, and a table of the contacts."""
+        forces = zip(
+            self.scene.contact_labels(),
+            self.combination,
+            self.normal_forces,
+            self.friction_forces,
+            strict=True,
+        )
+        rows = [(str(label), status, float(n), float(t)) for label, status, n, t in forces]
+        headings = ("contact", "status", "normal force, N", "friction force, N")
+        return Summary([("equilibrium", UNIQUE[self.unique])], [Table("Contacts", headings, rows)])
+
     def __repr__(self) -> str:
-        known = {True: "the only one", False: "one of several", None: "whether it is the only one: not known"}
         open_ones = self.combination.count("d")
         closed = f"{len(self.combination) - open_ones} contacts closed, {open_ones} open"
         statuses = shown_statuses(self.combination)
-        return f"Equilibrium({statuses!r}, {self.position.size} dofs, {closed}, {known[self.unique]})"
+        return f"Equilibrium({statuses!r}, {self.position.size} dofs, {closed}, {UNIQUE[self.unique]})"
 
 
 def steady_sliding(scene: Scene) -> Equilibrium:
@@ -280,5 +330,5 @@ def steady_sliding(scene: Scene) -> Equilibrium:
         raise InputError(f"stiffness: its entries, {shown}, leave no finite equilibrium under these forces")
     second = None
     if other is not None:
-        second = Equilibrium(*other[:2], scene.dofs, normal_forces=other[2])
-    return Equilibrium(position, combination, scene.dofs, normal_forces=normal, unique=unique, other=second)
+        second = Equilibrium(scene, *other[:2], normal_forces=other[2])
+    return Equilibrium(scene, position, combination, normal_forces=normal, unique=unique, other=second)

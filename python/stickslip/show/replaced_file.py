@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 
-def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> None:
+def replace_file(
+    path: str | os.PathLike[str], content: bytes | memoryview | Callable[[Path], object]
+) -> None:
     """Write a file under another name and rename it; its mode stays. Devices and pipes are written to.
+
+    `content` is what the file holds, or a function that writes the file of a path.
 
     Raises
     ------
@@ -24,16 +29,19 @@ def replace_file(path: str | os.PathLike[str], content: bytes | memoryview) -> N
         raise OSError(error.errno, error.strerror or str(error), os.fspath(path)) from error
 
 
-def _replace(file: Path, content: bytes | memoryview) -> None:
+def _replace(file: Path, content: bytes | memoryview | Callable[[Path], object]) -> None:
+    write = content if callable(content) else lambda draft: draft.write_bytes(content)
     if file.exists() and not file.is_file():
-        file.write_bytes(content)
+        write(file)
         return
     with draft_of(file) as draft:
-        with draft.open("wb") as handle:
-            if file.exists():
-                # Before the content is there, and while a file that nobody may write to can be written.
-                shutil.copymode(file, draft)
-            handle.write(content)
+        if file.exists():
+            # Before the content is there, others may read no more of it than of the file.
+            draft.touch()
+            draft.chmod(file.stat().st_mode | stat.S_IWUSR)
+        write(draft)
+        if file.exists():
+            shutil.copymode(file, draft)
         draft.replace(file)
 
 

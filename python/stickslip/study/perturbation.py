@@ -51,7 +51,7 @@ def eigenvalue_moments(study: Study) -> xr.Dataset:
         return study.scene_of([values[name] for name in names])
 
     point = dict(zip(names, mean.tolist(), strict=True))
-    found = sensitivity(model, study.settings.combination, **point)
+    found = sensitivity(model, point, combination=study.settings.combination)
     gradient = found.derivative.to_numpy()
     value = found.eigenvalue.to_numpy()
     parts = np.stack([gradient.real, gradient.imag])  # (part, parameter, mode)

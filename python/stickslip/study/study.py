@@ -11,9 +11,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError, StudyError, StudyInterrupted
-from stickslip.locus.asked import interval
 from stickslip.scene.checks import Real, check_memory, finite_time, real_array, whole_number
-from stickslip.scene.family import Family, Model
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.values import interval
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
 from stickslip.study.parameters import parameters as listed_parameters

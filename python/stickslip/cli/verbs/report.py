@@ -30,14 +30,13 @@ def report(
 
     The page needs no network and can be printed. It shows the scene, steady sliding, complex modes in
     motion, eigenvalues over the parameter of [sweep] or friction, the transient, the limit cycle, spectrum
-    and energy. For the published two-subsystem model at published parameters it also shows every published
-    number and figure beside the computed one. The last section holds date, command and scene file; the date
+    and energy. The last section holds date, command and scene file; the date
     is that of SOURCE_DATE_EPOCH, if it is set.
     """
     from stickslip.faults import InputError
-    from stickslip.reference.section import known
     from stickslip.report import write_report
     from stickslip.report.page import verdict
+    from stickslip.scene.known import known_of
 
     path = scene.with_suffix(".html") if out is None else out
     if not path.parent.is_dir():
@@ -64,8 +63,8 @@ def report(
             start=start,
             settings=settings,
             model=case.model,
-            over=over,
-            known=known(case.scene),
+            parameters=over,
+            known=known_of(case.scene),
             origin={"date": _date(), "command": shlex.join(words)},
             source=scene.read_text(encoding="utf-8"),
             told=status.update,

@@ -19,7 +19,7 @@ from stickslip.cli.options import (
     scene_argument,
     table,
 )
-from stickslip.files.case import parameter_values
+from stickslip.files.scene_file import parameter_values
 from stickslip.show.summary import Table
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def sweep(
         raise click.UsageError("--plot needs at least two values of each of two parameters")
     if modes is not None and len(values) == 2:
         raise click.UsageError("--modes follows modes over one parameter, not over two")
-    branches = ss.sweep(case.model, combination, over=values, modes=modes)
+    branches = ss.sweep(case.model, values, combination=combination, modes=modes)
     from stickslip.plot import loci, stability_map
 
     figure = loci if len(values) == 1 else stability_map
@@ -131,7 +131,7 @@ def _show(
         )
         return
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
-    points = ss.critical_points(case.model, combination, over=limits)
+    points = ss.critical_points(case.model, limits, combination=combination)
     rows = [
         (
             point.kind.replace("_", "-"),

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import scipy.optimize
 
 from stickslip import _core
-from stickslip.cycles.bifurcation import table
-from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checked_cycle, first_orbit
+from stickslip.cycles.branches.branch import BranchPoint, Placed, continued, first_orbit
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import InputError, OrbitError
-from stickslip.locus.asked import SceneAt, between
-from stickslip.locus.units import parameter_units
-from stickslip.scene.checks import Real, real_number, whole_number
-from stickslip.scene.family import Model
+from stickslip.faults import OrbitError
+from stickslip.scene.checks import Real
+from stickslip.scene.parameters.values import SceneAt
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
 WIDTH = 1e-6
@@ -108,64 +105,37 @@ def bend(a: Tangent, b: Tangent) -> float:
     return float(a[0] @ b[0] + a[1] * b[1]) if a[0].size == b[0].size else -1.0
 
 
-def trace_branch(
-    cycle: Cycle,
-    model: Model | None = None,
-    *,
-    over: Mapping[str, Any] | None = None,
-    step: float = 0.02,
-    points: int = 200,
-    **parameters: Any,
-) -> Branch:
-    """Return the branch of periodic orbits through a cycle, along its own length and around its folds.
+@dataclass(frozen=True)
+class Traced:
+    """Orbits along a branch, the folds between them, and why the branch ends."""
+
+    placed: list[Placed]
+    #: a fold, and the number of orbits before it
+    folds: list[tuple[int, BranchPoint]]
+    end: Literal["range", "points", "sequence"]
+
+
+def trace(
+    cycle: Cycle, name: str, ends: tuple[float, float], scene_at: SceneAt, step: float, points: int
+) -> Traced:
+    """Return the branch through a cycle from the first to the second value of a parameter, around its folds.
 
     Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977; the equations stand in
     the core), so that the branch goes on where the parameter turns back.
 
-    Parameters
-    ----------
-    cycle
-        Where to begin.
-    model
-        A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
-        value to reach. The branch is followed while the parameter lies between both.
-    step
-        Longest step, in (0, 1], relative to the range of the parameter and the size of the orbit together.
-        Steps become shorter where the branch bends.
-    points
-        Number of points after which the call stops, >= 1.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
-
-    Returns
-    -------
-    Branch
-        Its `data` over ``point``, with the parameter as a coordinate: as `follow_branch`. The critical
-        multiplier of its `folds` is 1 to 1e-8.
-
     Raises
     ------
-    InputError
-        If the parameter is unknown or not a pair of two values, or an argument is ill-posed.
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
-    checked_cycle(cycle)
-    points = whole_number("points", points, 1)
-    longest = real_number("step", step)
-    if not 0.0 < longest <= 1.0:
-        raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
-    source = cycle.scene if model is None else model
-    name, begin, end, scene_at = between(trace_branch, source, over, parameters)
-    low, high = min(begin, end), max(begin, end)
+    begin, end = ends
+    low, high = min(ends), max(ends)
     curve = Curve(scene_at, high - low)
     first = first_orbit(cycle, name, begin, scene_at)
     place = curve.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
     placed: list[Placed] = [(begin, first)]
-    folds: list[BranchPoint] = []
-    length = longest
+    folds: list[tuple[int, BranchPoint]] = []
+    length = step
     why: Literal["range", "points", "sequence"] = "points"
     while len(placed) < points:
         further = _further(curve, place, length)
@@ -174,20 +144,19 @@ def trace_branch(
             break
         after, length = further
         if place.tangent[1] * after.tangent[1] < 0.0:
-            folds.append(curve.fold(name, place, length))
+            folds.append((len(placed), curve.fold(name, place, length)))
         if not low <= after.value <= high:
+            last = low if after.value < low else high
+            if last != place.value:
+                # Beside a fold the branch may have left the range on a way on which no value can be reached.
+                with contextlib.suppress(OrbitError):
+                    placed.append((last, continued(placed[-1], last, scene_at)))
             why = "range"
             break
         place = after
         placed.append((place.value, curve.cycle(place)))
-        length = min(GROWTH * length, longest)
-    values = np.array([value for value, _ in placed])
-    cycles = [orbit for _, orbit in placed]
-    result = table("point", np.arange(values.size), cycles, {}).assign_coords(
-        {name: ("point", values, parameter_units(source, name))}
-    )
-    result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
-    return Branch(result, tuple(cycles), tuple(folds), why)
+        length = min(GROWTH * length, step)
+    return Traced(placed, folds, why)
 
 
 def _further(curve: Curve, place: Place, length: float) -> tuple[Place, float] | None:

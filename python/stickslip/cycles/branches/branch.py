@@ -1,19 +1,17 @@
-"""Branches of periodic orbits over given values of a parameter, stable or not."""
+"""A branch of periodic orbits over a parameter, its points, and steps along it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from stickslip.cycles.bifurcation import Diagram, table
+from stickslip.cycles.bifurcation import Diagram
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
-from stickslip.locus.asked import SceneAt, along
-from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
-from stickslip.scene.family import Family, Model
-from stickslip.show.summary import Summary
+from stickslip.scene.parameters.family import Family
+from stickslip.scene.parameters.values import SceneAt
+from stickslip.show.summary import Summary, Table
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -51,99 +49,67 @@ class BranchPoint:
     event: str | None
     cycle: Cycle
 
-    def __repr__(self) -> str:
-        place = f"{self.kind} at {self.parameter} = {self.value:.12g}"
+    @property
+    def described(self) -> str:
+        """The critical multiplier, or the event by which the sequence changes, and the frequency."""
         if self.contact is None:
-            return f"BranchPoint({place}, multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz)"
+            return f"multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz"
         name = self.cycle.scene.contact_labels()[self.contact]
-        return f"BranchPoint({place}, contact {name}: {self.event}, {self.cycle.frequency:.6g} Hz)"
+        return f"contact {name}: {self.event}, {self.cycle.frequency:.6g} Hz"
+
+    def __repr__(self) -> str:
+        return f"BranchPoint({self.kind} at {self.parameter} = {self.value:.12g}, {self.described})"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Branch(Diagram):
-    """A branch of periodic orbits over a parameter.
+    """A branch of periodic orbits over a parameter, stable or not.
 
     Attributes
     ----------
     data
-        The numbers, see `follow_branch` and `trace_branch`.
+        The numbers over ``point``, see `continuation`.
     cycles
-        The orbits, stable or not; None at values that the branch does not reach.
-    folds
-        Points at which the branch turns back; `follow_branch` does not look for them.
+        The orbits.
+    points
+        Where the branch changes, in its order: folds, period doublings, tori, changes of the event sequence.
     end
         Why the branch ends: ``range`` (the last value was reached), ``points`` (it has as many points as were
-        allowed), ``sequence`` (no orbit has this sequence of events any more) or, from `follow_branch` alone,
-        ``lost`` (Newton's method finds no further orbit).
+        allowed), or ``sequence`` (no orbit has this sequence of events any more).
 
-    The dataset holds neither `folds` nor `end`.
+    The dataset holds neither `points` nor `end`.
     """
 
-    folds: tuple[BranchPoint, ...]
-    end: Literal["range", "points", "sequence", "lost"]
+    points: tuple[BranchPoint, ...]
+    end: Literal["range", "points", "sequence"]
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return next(str(name) for name in self.data.coords if name not in ("point", "dof", "order"))
+
+    @property
+    def folds(self) -> tuple[BranchPoint, ...]:
+        """Those of `points` at which the branch turns back."""
+        return tuple(point for point in self.points if point.kind == "fold")
+
+    def at(self, value: float) -> tuple[Cycle, ...]:
+        """Return the orbits of the branch at exactly this value of the parameter, see `continuation`."""
+        values = self.data[self.parameter].to_numpy()
+        return tuple(
+            orbit for place, orbit in zip(values, self.cycles, strict=True) if orbit and place == value
+        )
 
     def summary(self) -> Summary:
-        """Return how many orbits there are, how the branch ends, and a table of the orbits."""
-        told = super().summary()
-        return Summary([*told.facts, ("folds", str(len(self.folds))), ("end", self.end)], told.tables)
+        """Return how many orbits there are, how the branch ends, its points, and a table of the orbits."""
+        whole = super().summary()
+        rows = [(point.kind, point.value, point.described) for point in self.points]
+        found = [Table("Points of the branch", ("kind", self.parameter, ""), rows)] if rows else []
+        return Summary([*whole.facts, ("end", self.end)], [*found, *whole.tables])
 
     def __repr__(self) -> str:
-        found = sum(cycle is not None for cycle in self.cycles)
-        return f"Branch: {found} orbits, {len(self.folds)} folds, end: {self.end}\n{self.data!r}"
-
-
-def follow_branch(
-    cycle: Cycle,
-    model: Model | None = None,
-    *,
-    over: Mapping[str, Any] | None = None,
-    **parameters: Any,
-) -> Branch:
-    """Return the branch of periodic orbits through a cycle, stable or not.
-
-    The sequence of events stays that of the cycle; Newton's method solves its equations at each value from
-    the orbit at the value before, in steps halved where it fails.
-
-    Parameters
-    ----------
-    cycle
-        Cycle at which the branch begins; the first value should be near the value of this cycle.
-    model
-        A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with an array (k,) of values, in the order of the
-        branch.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
-
-    Returns
-    -------
-    Branch
-        Its `data` as `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene
-        hold all along the orbit. nan beyond a fold, where the branch turns back (`trace_branch` goes around
-        it).
-
-    Raises
-    ------
-    InputError
-        If `cycle` is none, the parameter is unknown or there is not exactly one array.
-    """
-    checked_cycle(cycle)
-    source = cycle.scene if model is None else model
-    name, values, scene_at = along(follow_branch, source, over, parameters)
-    orbits: list[Cycle | None] = []
-    before: tuple[float, Cycle] = (float(values[0]), cycle)
-    for value in values:
-        try:
-            orbit = continued(before, float(value), scene_at)
-        except OrbitError:
-            break
-        orbits.append(orbit)
-        before = (float(value), orbit)
-    orbits += [None] * (values.size - len(orbits))
-    result = table(name, values, orbits, parameter_units(source, name))
-    result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
-    return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
+        kinds = ", ".join(point.kind for point in self.points) or "none"
+        return f"Branch: {len(self.cycles)} orbits, points: {kinds}, end: {self.end}\n{self.data!r}"
 
 
 def checked_cycle(cycle: Any) -> None:

@@ -26,6 +26,7 @@ from stickslip.fe.formats.entries import (
     whole,
 )
 from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
+from stickslip.fe.formats.matrix_file import array_headers, read_array, readable
 from stickslip.scene.checks import described
 from stickslip.scene.contact import nearest
 from stickslip.scene.laws.damping import Rayleigh
@@ -185,7 +186,7 @@ def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
         match = re.search(r"_(STIF|MASS|DMPV)\d+$", path.stem.upper())
         if suffix in ARCHIVES:
             keys = [key for key in ARRAYS if _array_name(path, key)]
-            keys += ["dofs"] if "dofs" in _archive(path) else []
+            keys += ["dofs"] if "dofs" in _arrays(path) else []
         elif suffix in CALCULIX:
             keys = [CALCULIX[suffix]]
         elif suffix == ".dof":
@@ -214,7 +215,7 @@ def _read(path: Path, key: str, size: int | None) -> Found:
         raise InputError(f"{path}: expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz, .mat or .op4")
     lines = read_lines(path)
     if lines and lines[0].startswith("%%"):
-        return _matrix_market(path, lines)
+        return _matrix_market(path, key)
     kept = ["" if line.lstrip().startswith("*") else line for line in lines]
     first = next((line for line in kept if line.strip()), "")
     if "," in first:
@@ -237,39 +238,16 @@ def _calculix(path: Path, size: int | None) -> Found:
     return Found(matrix, None, note)
 
 
-def _matrix_market(path: Path, lines: list[str]) -> Found:
-    """Read a Matrix Market file: real or integer, coordinate, general or symmetric (lower triangle)."""
-    words = lines[0].lower().split()
-    known = (
-        len(words) == 5
-        and words[:3] == ["%%matrixmarket", "matrix", "coordinate"]
-        and words[3] in ("real", "integer")
-        and words[4] in ("general", "symmetric")
-    )
-    if not known:
-        raise InputError(
-            f"{path}, line 1: expected '%%MatrixMarket matrix coordinate real general' or 'symmetric', "
-            f"got {described(lines[0])}"
-        )
-    kept = ["" if line.startswith("%") else line for line in lines]
-    head = next((k for k, line in enumerate(kept) if line.strip()), len(kept))
-    counts, numbers = table(path, kept[: head + 1], head, 3)
-    if not len(counts):
-        raise InputError(f"{path}: no line of sizes")
-    rows, columns, announced = whole(path, counts[0], np.repeat(numbers, 3), "size")
-    if rows != columns or rows < 1:
-        raise InputError(f"{path}, line {head + 1}: expected a square matrix, got {rows} x {columns}")
-    entries = coordinates(path, kept, head + 1)
-    if entries.values.size != announced:
-        raise InputError(
-            f"{path}, line {head + 1}: {announced} entries announced, {entries.values.size} there"
-        )
-    if words[4] == "symmetric":
-        matrix, note = entries.triangle(int(rows), "lower")
-        return Found(matrix, None, note)
-    return Found(
-        entries.full(int(rows)), None, f"{path.name}: all entries of {rows} x {rows}, nothing mirrored"
-    )
+def _matrix_market(path: Path, key: str) -> Found:
+    """Read a Matrix Market file of real numbers; what is symmetric is mirrored."""
+    with readable(path):
+        *_, field, symmetry = scipy.io.mminfo(path)
+    if field not in ("real", "integer") or symmetry == "hermitian":
+        raise InputError(f"{path}, line 1: expected a real matrix, got {field} {symmetry}")
+    found = _from_archive(path, key)
+    if symmetry == "general":
+        return found
+    return found._replace(note=f"{path.name}: the triangle of a {symmetry} matrix mirrored, as its head says")
 
 
 def _matrix_input(path: Path, lines: list[str]) -> Found:
@@ -303,25 +281,14 @@ def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
     return Found(matrix, None, note)
 
 
-def _archive(path: Path) -> dict[str, Any]:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    if path.suffix.lower() == ".op4":
-        return _op4(path)
-    try:
-        if path.suffix.lower() == ".mat":
-            return {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            if {"format", "shape"} <= set(archive.files):
-                return {"": scipy.sparse.load_npz(path)}
-            return {key: archive[key] for key in archive.files}
-    except NotImplementedError:
-        raise InputError(f"{path}: MATLAB version 7.3; save it with '-v7'") from None
-    except Exception as error:  # A damaged file makes the readers raise anything.
-        raise InputError(f"{path}: not readable: {error}") from None
+def _arrays(path: Path) -> list[str]:
+    """Return the names of the arrays of a file."""
+    return list(_op4(path) if path.suffix.lower() == ".op4" else array_headers(path))
 
 
 def _op4(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise InputError(f"no such file: {path}")
     try:
         op4 = import_module("pyyeti.nastran.op4")
     except ImportError:
@@ -340,7 +307,7 @@ def _op4(path: Path) -> dict[str, Any]:
 
 
 def _array_name(path: Path, key: str) -> str | None:
-    held = _archive(path)
+    held = _arrays(path)
     return next((name for name in ARRAYS[key] if name in held), None)
 
 
@@ -348,17 +315,17 @@ def _unread(path: Path) -> list[str]:
     """Return the arrays of an archive that a body has no place for."""
     if path.suffix.lower() not in ARCHIVES:
         return []
-    used = {"", "dofs", *(_array_name(path, key) for key in ARRAYS)}
-    return [name for name in _archive(path) if name not in used]
+    used = {"dofs", *(_array_name(path, key) for key in ARRAYS)}
+    return [name for name in _arrays(path) if name not in used]
 
 
 def _from_archive(path: Path, key: str) -> Found:
-    held = _archive(path)
-    name = "" if "" in held else _array_name(path, key)
+    held = _arrays(path)
+    name = _array_name(path, key) or (held[0] if len(held) == 1 else None)
     if name is None:
-        raise InputError(f"{path}: holds no {key}{nearest(key, list(held))}")
-    array = held[name]
-    place = f"{path}, {name}" if name else str(path)
+        raise InputError(f"{path}: holds no {key}{nearest(key, held)}")
+    array = _op4(path)[name] if path.suffix.lower() == ".op4" else read_array(path, name)
+    place = f"{path}, {name}"
     dense = not scipy.sparse.issparse(array)
     if dense and key == "mass" and 1 in array.shape and array.ndim <= 2 and array.size > 1:
         array, dense = scipy.sparse.diags_array(array.ravel()), False
@@ -374,9 +341,8 @@ def _from_archive(path: Path, key: str) -> Found:
     if not np.isfinite(coo.data).all():
         k = int(np.flatnonzero(~np.isfinite(coo.data))[0])
         raise InputError(f"{place}: not finite: row {coo.coords[0][k] + 1}, column {coo.coords[1][k] + 1}")
-    told = f"{path.name}, {name}" if name else path.name
     size = rows.shape[0]
-    return Found(rows, None, f"{told}: all entries of {size} x {size}, nothing mirrored")
+    return Found(rows, None, f"{path.name}, {name}: all entries of {size} x {size}, nothing mirrored")
 
 
 def _names(given: Any) -> tuple[str, ...] | None:
@@ -385,7 +351,7 @@ def _names(given: Any) -> tuple[str, ...] | None:
         return None if given is None else tuple(given)
     path = Path(given)
     if path.suffix.lower() in (".npz", ".mat"):
-        return tuple(str(np.ravel(one)[0]) for one in np.ravel(_archive(path)["dofs"]))
+        return tuple(str(np.ravel(one)[0]) for one in np.ravel(read_array(path, "dofs")))
     found = []
     for k, line in enumerate(read_lines(path)):
         if line.strip():

@@ -1,7 +1,8 @@
 """Where the results of a study are kept: in memory, or in a zarr store that survives whatever ends the run.
 
-A chunk is written variable by variable, each file under another name first and then renamed, and its entry in
-``complete`` last: a chunk is complete or counts as absent, wherever the process ends.
+A chunk is written variable by variable, each file under another name first and then renamed, and its status
+last: a chunk whose samples have a status is complete, and any other counts as absent, wherever the process
+ends.
 """
 
 from __future__ import annotations
@@ -21,23 +22,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from xarray.backends import BackendArray
-from xarray.core import indexing
 
 from stickslip.faults import InputError, StoreError
-from stickslip.scene.checks import package
+from stickslip.scene.checks import FORMAT_KEY, FORMAT_VERSION, check_format_version, package
 from stickslip.study.run.identity import differences
-from stickslip.study.run.zarr_folder import check_zarr
+from stickslip.study.run.zarr_folder import STORE, check_zarr
 from stickslip.study.sample.evaluation import Columns
 from stickslip.study.sample.outputs import Column
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-#: Samples per file of the design matrix.
-DESIGN_CHUNK = 65536
 #: Parameters as equal as their distributions are on machines of other types, in parts of the largest.
 SAME = 1e-12
+#: Status of a sample that is not complete.
+PENDING = "pending"
 
 
 @dataclass
@@ -63,17 +62,25 @@ class Layout:
     attrs: dict[str, Any]
 
     @property
-    def text(self) -> dict[str, str]:
-        """The attributes of the dataset: JSON, so that every file format takes them."""
+    def frame(self) -> xr.Dataset:
+        """The coordinates and attributes of the results; attributes are JSON, which every format takes."""
         rows = {"identity": self.identity, "machine": self.machine, **self.attrs}
-        return {name: value if isinstance(value, str) else json.dumps(value) for name, value in rows.items()}
+        text = {name: value if isinstance(value, str) else json.dumps(value) for name, value in rows.items()}
+        return xr.Dataset(coords=self.coords, attrs=text)
 
 
 class Store(ABC):
-    """Keeps chunks of samples."""
+    """Keeps chunks of samples.
+
+    Attributes
+    ----------
+    chunk
+        Samples per chunk.
+    complete
+        Which chunks are complete.
+    """
 
     chunk: int
-    #: which chunks are
     complete: NDArray[np.bool_]
     lock: BaseFileLock | None = None
 
@@ -112,7 +119,7 @@ class MemoryStore(Store):
         self._arrays = {
             column.name: np.full(
                 (layout.size, *layout.sizes[column.name]),
-                "pending" if column.name == "status" else column.missing,
+                PENDING if column.name == "status" else column.missing,
                 dtype=object if column.dtype == "str" else column.dtype,
             )
             for column in layout.columns
@@ -124,11 +131,12 @@ class MemoryStore(Store):
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete."""
-        variables = {
-            column.name: (("sample", *column.dims), self._arrays[column.name], column.attrs)
-            for column in self.layout.columns
-        }
-        return xr.Dataset(variables, coords=self.layout.coords, attrs=self.layout.text)
+        return self.layout.frame.assign(
+            {
+                column.name: (("sample", *column.dims), self._arrays[column.name], column.attrs)
+                for column in self.layout.columns
+            }
+        )
 
 
 class ZarrStore(Store):
@@ -164,27 +172,26 @@ class ZarrStore(Store):
             self.close()
             raise
         self.chunk = int(self._group["status"].chunks[0])
-        self.complete = np.asarray(self._group["complete"][:], dtype=bool)
+        statuses = np.asarray(self._group["status"][:: self.chunk], dtype=object)
+        self.complete = np.asarray(statuses != PENDING, dtype=bool)
 
     def array(self, name: str) -> Any:
         """Return what keeps a variable."""
         return self._group[name]
 
-    def write(self, chunk: int, columns: Columns) -> None:
-        """Keep a chunk, its mark last."""
-        super().write(chunk, columns)
-        self._group["complete"][chunk] = True
-
     def dataset(self) -> xr.Dataset:
-        """Return everything complete, read from the disk as it is used."""
+        """Return everything complete; numbers are read from the disk as they are used."""
         found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False, zarr_format=3)
+        # As objects: numpy's own strings do not go together with nan in `xarray.where`.
         words = {
-            column.name: (("sample", *column.dims), _Words.lazy(self._group[column.name]), column.attrs)
+            column.name: found[column.name].astype(object)
             for column in self.layout.columns
             if column.dtype == "str"
         }
         labels = {name: entry for name, entry in self.layout.coords.items() if entry[0] != "sample"}
-        return found.drop_vars("complete").assign(words).assign_coords(labels)
+        results = found.assign(words).assign_coords(labels)
+        results.attrs = {name: text for name, text in found.attrs.items() if name not in (FORMAT_KEY, STORE)}
+        return results
 
     def _create(self, zarr: Any, chunk: int) -> None:
         """Write everything that is known before the first sample, under another name until it is complete."""
@@ -192,8 +199,15 @@ class ZarrStore(Store):
         self.path.parent.mkdir(parents=True, exist_ok=True)
         draft = self.path.with_name(f"{self.path.name}.{uuid.uuid4().hex}.partial")
         try:
-            group = zarr.open_group(draft, mode="w-", zarr_format=3)
-            group.attrs.update(layout.text)
+            labels = {
+                name: (dim, np.asarray(values, dtype=object))
+                for name, (dim, values) in layout.coords.items()
+                if np.asarray(values).dtype.kind in "UO"
+            }
+            frame = layout.frame.assign_coords(labels).assign_attrs({FORMAT_KEY: FORMAT_VERSION, STORE: True})
+            frame.to_zarr(draft, mode="w-", zarr_format=3, consolidated=False)
+            # Not by xarray: only of dask arrays, which hold no texts, does it write the frame alone.
+            group = zarr.open_group(draft, mode="r+", zarr_format=3)
             for column in layout.columns:
                 rest = layout.sizes[column.name]
                 group.create_array(
@@ -201,32 +215,10 @@ class ZarrStore(Store):
                     shape=(layout.size, *rest),
                     chunks=(chunk, *(max(1, length) for length in rest)),
                     dtype="string" if column.dtype == "str" else column.dtype,
-                    fill_value="pending" if column.name == "status" else column.missing,
+                    fill_value=PENDING if column.name == "status" else column.missing,
                     dimension_names=("sample", *column.dims),
                     attributes=column.attrs,
                 )
-            for name, (dim, values) in layout.coords.items():
-                array = np.asarray(values)
-                words = array.dtype.kind in "UO"
-                made = group.create_array(
-                    name,
-                    shape=array.shape,
-                    chunks=(max(1, min(len(array), DESIGN_CHUNK)),),
-                    dtype="string" if words else array.dtype,
-                    dimension_names=(dim,),
-                )
-                made[:] = array.astype(object) if words else array
-            group.create_array(
-                "complete",
-                shape=(-(-layout.size // chunk),),
-                chunks=(1,),
-                dtype="bool",
-                fill_value=False,
-                dimension_names=("chunk",),
-                attributes={"long_name": "whether all samples of a chunk are written"},
-            )
-            # So that readers find the parameters among the coordinates.
-            group.attrs["coordinates"] = " ".join(layout.coords)
             with contextlib.suppress(OSError):
                 self.path.rmdir()
             try:
@@ -244,6 +236,7 @@ class ZarrStore(Store):
         try:
             check_zarr(self.path)
             group = zarr.open_group(self.path, mode="r+", zarr_format=3)
+            check_format_version(group.attrs.get(FORMAT_KEY))
             theirs = json.loads(group.attrs["identity"])
             machine = json.loads(group.attrs["machine"])
         except (KeyError, ValueError, TypeError, RecursionError, OSError) as error:
@@ -280,7 +273,7 @@ def _locked(path: Path) -> BaseFileLock:
     The lock is on a file beside the chunks of an array, where no reader looks.
     """
     filelock = package("filelock", "store")
-    lock: BaseFileLock = filelock.FileLock(path / "complete" / ".lock", timeout=0.0)
+    lock: BaseFileLock = filelock.FileLock(path / "status" / ".lock", timeout=0.0)
     try:
         lock.acquire()
     except filelock.Timeout:
@@ -288,26 +281,6 @@ def _locked(path: Path) -> BaseFileLock:
     except OSError as error:
         raise InputError(f"store: {path} holds something that is not a study") from error
     return lock
-
-
-class _Words(BackendArray):
-    """Strings of a store as objects: numpy's own strings do not go together with nan in `xarray.where`."""
-
-    def __init__(self, array: Any) -> None:
-        self.array = array
-        self.shape = array.shape
-        self.dtype = np.dtype(object)
-
-    @staticmethod
-    def lazy(array: Any) -> Any:
-        """Return an array that is read when it is used, and then kept."""
-        return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Words(array)))  # type: ignore[no-untyped-call]
-
-    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
-
-    def _read(self, key: tuple[Any, ...]) -> Any:
-        return np.asarray(self.array.oindex[key]).astype(object)
 
 
 @contextlib.contextmanager

@@ -10,6 +10,15 @@ from stickslip.faults import InputError
 #: Codecs of zarr that read numbers and texts, and nothing else.
 CODECS = ("bytes", "vlen-utf8", "transpose", "zstd", "gzip", "blosc", "crc32c")
 
+#: Attribute that tells the store of a study, which other runs continue, from a dataset.
+STORE = "study_store"
+
+
+def is_store(folder: Path) -> bool:
+    """Return whether a zarr folder is the store of a study."""
+    record = json.loads((folder / "zarr.json").read_text(encoding="utf-8"))
+    return bool(record.get("attributes", {}).get(STORE))
+
 
 def check_zarr(folder: Path) -> None:
     """Refuse a folder that is not of format 3 alone, or has other codecs.

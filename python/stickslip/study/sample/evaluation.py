@@ -17,7 +17,7 @@ from stickslip.cycles.attractors import described
 from stickslip.faults import InputError, StickslipError
 from stickslip.locus.path import moved_friction
 from stickslip.scene.checks import Real
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, change_vector
 from stickslip.study.sample.outputs import Column, Outputs

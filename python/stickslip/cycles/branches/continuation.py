@@ -1,23 +1,29 @@
-"""Where a branch of periodic orbits changes: period doublings, folds, tori, changes of the event sequence."""
+"""Periodic orbits over a parameter, and the points at which they change."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import scipy.optimize
 
-from stickslip.cycles.branches.arclength import fold_near
-from stickslip.cycles.branches.branch import BranchPoint, Kind, Placed, checked_cycle, continued, first_orbit
+from stickslip.cycles.bifurcation import table
+from stickslip.cycles.branches.arclength import Traced, fold_near, trace
+from stickslip.cycles.branches.branch import Branch, BranchPoint, Kind, Placed, checked_cycle, continued
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import OrbitError
-from stickslip.locus.asked import SceneAt, between
-from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Model
+from stickslip.faults import InputError, OrbitError
+from stickslip.scene.checks import real_array, real_number, whole_number
+from stickslip.scene.parameters.family import Model
+from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.values import SceneAt, between
 
-#: Steps of a search for branch points: between two of them at most one of each kind is expected.
-STEPS = 60
+#: Kinds of points at which the sequence of events changes.
+CHANGES = ("grazing", "switching")
+#: Steps in which the end of a branch is looked for, and how far before its last orbit they begin, part of the
+#: range.
+STEPS, AWAY = 60, 1e-3
 #: Accuracy of a multiplier at a branch point: its target is met to this.
 MULTIPLIER = 1e-8
 #: Relative distance to which the end of a branch is approached by halving; closer, Newton's method needs
@@ -31,67 +37,133 @@ NEAR_ONE = 0.3
 SHRUNK = 0.1
 
 
-def branch_points(
+def continuation(
     cycle: Cycle,
+    parameters: Mapping[str, Any],
     model: Model | None = None,
     *,
-    over: Mapping[str, Any] | None = None,
-    steps: int = STEPS,
-    **parameters: Any,
-) -> tuple[BranchPoint, ...]:
-    """Return the points at which a branch of orbits changes stability, folds, or changes its event sequence.
+    at: Sequence[float] = (),
+    step: float = 0.02,
+    points: int = 200,
+) -> Branch:
+    """Return the branch of periodic orbits through a cycle, stable or not, and where it changes.
+
+    Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977), so that the branch goes
+    on where the parameter turns back. The sequence of events stays that of the cycle.
 
     Parameters
     ----------
     cycle
         Where to begin.
+    parameters
+        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
+        value to reach. The branch is followed while the parameter lies between both.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
-    over
-        Parameters by name as for `sweep`, one of them with (begin, end): the branch is followed from the
-        first to the second value, up to a change of the sequence.
-    steps
-        Number of steps of the search, >= 1. Two points of one kind within a step are not found.
-    **parameters
-        The same as keywords; refused where the model has a parameter that is named as an option here.
+    at
+        Values of the parameter at which the branch has orbits besides those that its steps lead to;
+        `Branch.at` returns them.
+    step
+        Longest step, in (0, 1], relative to the range of the parameter and the size of the orbit together.
+        Steps become shorter where the branch bends. Two points of one kind within a step are not found.
+    points
+        Number of orbits after which the call stops, >= 1.
 
     Returns
     -------
-    tuple of BranchPoint
-        The points in the order of the branch. The critical multiplier of a period doubling is -1 within 1e-8,
-        that of a fold is 1. `trace_branch` follows a branch beyond its fold.
+    Branch
+        Its `data` over ``point``, with the parameter as a coordinate: as `bifurcation` for its cycles, and
+        ``followed``: whether the contact laws of the scene hold all along the orbit. Its `points` in the
+        order of the branch, up to the first change of the sequence, beyond which the contact laws do not
+        hold. The critical multiplier of a period doubling is -1 within 1e-8, that of a fold is 1. Between
+        the two orbits around a fold no other point is looked for.
 
     Raises
     ------
     InputError
-        If the parameter is unknown or not a pair of two values.
+        If `cycle` is none, the parameter is unknown or not a pair of two values, a value of `at` lies outside
+        of these, or an argument is ill-posed.
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
     checked_cycle(cycle)
-    steps = whole_number("steps", steps, 1)
+    points = whole_number("points", points, 1)
+    longest = real_number("step", step)
+    if not 0.0 < longest <= 1.0:
+        raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
     source = cycle.scene if model is None else model
-    name, begin, end, scene_at = between(branch_points, source, over, parameters)
-    values = np.linspace(begin, end, steps + 1)
-    points: list[BranchPoint] = []
-    before = (float(values[0]), first_orbit(cycle, name, float(values[0]), scene_at))
-    for value in values[1:]:
+    name, begin, end, scene_at = between(source, parameters)
+    wanted = real_array("at", at, 1)
+    if not ((wanted >= min(begin, end)) & (wanted <= max(begin, end))).all():
+        raise InputError(f"at: expected values from {min(begin, end):g} to {max(begin, end):g}, got {at!r}")
+    traced = trace(cycle, name, (begin, end), scene_at, longest, points)
+    placed = list(_with_values(traced, wanted.tolist(), scene_at))
+    values = np.array([value for value, _ in placed])
+    cycles = [orbit for _, orbit in placed]
+    result = table("point", np.arange(values.size), cycles, {}).assign_coords(
+        {name: ("point", values, parameter_units(source, name))}
+    )
+    result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
+    return Branch(result, tuple(cycles), tuple(_points(name, traced, end, scene_at)), traced.end)
+
+
+def _with_values(traced: Traced, wanted: Sequence[float], scene_at: SceneAt) -> Iterable[Placed]:
+    """Return the orbits of a branch with those at wanted values between them."""
+    yield traced.placed[0]
+    for before, after in pairwise(traced.placed):
+        low, high = sorted((before[0], after[0]))
+        inside = sorted((value for value in wanted if low < value < high), reverse=after[0] < before[0])
+        for value in inside:
+            yield value, continued(before, value, scene_at)
+        yield after
+
+
+def _points(name: str, traced: Traced, end: float, scene_at: SceneAt) -> Iterable[BranchPoint]:
+    """Return the points of a branch in its order, up to the first change of the sequence."""
+    folds = dict(traced.folds)
+    for number, (before, after) in enumerate(pairwise(traced.placed), start=1):
+        if number in folds:
+            yield folds[number]
+            continue
+        for point in _between(name, before, after, scene_at):
+            yield point
+            if point.kind in CHANGES:
+                return
+    if len(traced.placed) in folds:
+        yield folds[len(traced.placed)]
+    elif traced.end == "sequence":
+        values = [value for value, _ in traced.placed]
+        onward = end if len(values) < 2 or (values[-1] - values[-2]) * (end - values[0]) > 0.0 else values[0]
+        # From an orbit apart from the end, since how the branch ends is extrapolated from the way to it.
+        apart = AWAY * abs(end - values[0])
+        start = next((k for k in reversed(range(len(values))) if abs(values[k] - values[-1]) >= apart), 0)
+        for point in _ending(name, traced.placed[start], onward, scene_at):
+            # Others were found between the orbits.
+            if point.kind in CHANGES or (point.value - values[-1]) * (onward - values[-1]) >= 0.0:
+                yield point
+
+
+def _between(name: str, before: Placed, after: Placed, scene_at: SceneAt) -> list[BranchPoint]:
+    """Return the points between two orbits of a branch, in its order."""
+    found = [*_crossings(name, before, after, scene_at), *_sequence_changes(name, before, after, scene_at)]
+    return sorted(found, key=lambda point: abs(point.value - before[0]))
+
+
+def _ending(name: str, last: Placed, onward: float, scene_at: SceneAt) -> Iterable[BranchPoint]:
+    """Return the points by which a branch of one sequence ends, beyond its last orbit."""
+    before = last
+    for value in np.linspace(last[0], onward, STEPS + 1)[1:].tolist():
         try:
-            after = (float(value), continued(before, float(value), scene_at))
+            # Beyond a change of the sequence the equations still have solutions, with negative durations.
+            after = value, continued(before, value, scene_at)
         except OrbitError:
-            points.extend(_branch_end(name, before, float(value), scene_at))
-            break
-        found = [
-            *_crossings(name, before, after, scene_at),
-            *_sequence_changes(name, before, after, scene_at),
-        ]
-        found.sort(key=lambda point: abs(point.value - before[0]))
-        for point in found:
-            points.append(point)
-            if point.kind in ("grazing", "switching"):
-                return tuple(points)
+            yield from _branch_end(name, before, value, scene_at)
+            return
+        for point in _between(name, before, after, scene_at):
+            yield point
+            if point.kind in CHANGES:
+                return
         before = after
-    return tuple(points)
 
 
 def _product(cycle: Cycle, target: float) -> float:

@@ -34,12 +34,7 @@ class Header(NamedTuple):
 
 
 def matrix_header(path: Path, name: str | None = None, default: str | None = None) -> Header:
-    """Return what a file says of an array, without reading it; arguments and errors as in `read_matrix`."""
-    return _chosen(path, name, default)[1]
-
-
-def read_matrix(path: Path, name: str | None = None, default: str | None = None) -> Any:
-    """Return an array of a file: dense, or `scipy.sparse.csr_array`; its other arrays are not read.
+    """Return what a file says of an array, without reading it.
 
     Parameters
     ----------
@@ -54,29 +49,64 @@ def read_matrix(path: Path, name: str | None = None, default: str | None = None)
     ------
     InputError
         If there is no such file, it is damaged or not of its kind, it holds no array of that name, or an
-        array that is not of numbers or has more entries than its shape or the file can hold.
+        array that has more entries than its shape or the file can hold.
+    """
+    return _chosen(path, name, default)[1]
+
+
+def read_matrix(path: Path, name: str | None = None, default: str | None = None) -> Any:
+    """Return an array of real numbers of a file: dense, or `scipy.sparse.csr_array`.
+
+    Arguments and errors as in `matrix_header`; an array of other entries is refused, too.
     """
     chosen, _ = _chosen(path, name, default)
-    with _readable(path):
+    return _plain(path, chosen, read_array(path, chosen))
+
+
+def read_array(path: Path, name: str) -> Any:
+    """Return an array of a file, whatever its entries, as its reader gives it; its others are not read.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix says what it is.
+    name
+        Which of its arrays, by the names of `array_headers`.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    with readable(path):
         if _kind(path) == "mtx":
-            return _plain(path, chosen, scipy.io.mmread(path))
+            return scipy.io.mmread(path)
         if _kind(path) == "mat":
-            return _plain(path, chosen, scipy.io.loadmat(path, variable_names=[chosen])[chosen])
+            return scipy.io.loadmat(path, variable_names=[name])[name]
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            if _is_sparse(archive.files):
-                return _plain(path, chosen, scipy.sparse.load_npz(path))
-            return _plain(path, chosen, archive[chosen])
+            return scipy.sparse.load_npz(path) if _is_sparse(archive.files) else archive[name]
+
+
+def array_headers(path: Path) -> dict[str, Header]:
+    """Return what a file says of its arrays, by name; the only one of a file without names has its stem.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is damaged or not of its kind.
+    """
+    kind = _kind(path)
+    if not path.is_file():
+        raise InputError(f"no such file: {path}")
+    with readable(path):
+        return {"npz": _npz_headers, "mat": _mat_headers, "mtx": _mtx_headers}[kind](path)
 
 
 def _chosen(path: Path, name: str | None, default: str | None) -> tuple[str, Header]:
     """Return name and header of the array that is asked for."""
-    kind = _kind(path)
-    if not path.is_file():
-        raise InputError(f"no such file: {path}")
-    if kind == "mtx" and name is not None:
+    if _kind(path) == "mtx" and name is not None:
         raise InputError(f"{path.name}: a Matrix Market file has no names, got name {name!r}")
-    with _readable(path):
-        headers = {"npz": _npz_headers, "mat": _mat_headers, "mtx": _mtx_headers}[kind](path)
+    headers = array_headers(path)
     chosen = name
     if chosen is None:
         chosen = default if default in headers else next(iter(headers)) if len(headers) == 1 else None
@@ -88,7 +118,8 @@ def _chosen(path: Path, name: str | None, default: str | None) -> tuple[str, Hea
 
 
 @contextmanager
-def _readable(path: Path) -> Iterator[None]:
+def readable(path: Path) -> Iterator[None]:
+    """Turn whatever a reader raises at a damaged file into an `InputError`."""
     try:
         yield
     except NotImplementedError:

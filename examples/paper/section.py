@@ -1,26 +1,23 @@
-"""Every published figure and table of the two-subsystem model beside the computed one."""
+"""A section of a report: all that was published of the two-subsystem model beside the computed one."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
-from stickslip.faults import InputError
-from stickslip.reference.numbers import published
-from stickslip.scene.drawing.schematic import Column
-from stickslip.scene.known import Known
+from paper.numbers import published
+from stickslip.scene.known import Known, known_of
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import steady_sliding
-from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import columns, details, figure, note, paragraph, section, subsection, table
 
 if TYPE_CHECKING:
-    from stickslip.reference.comparison import Row
+    from paper.comparison import Row
 
 #: Name of the section of a report, and its heading.
 NAMED = ("published", "Published and computed")
@@ -35,46 +32,24 @@ FIGURES = {
     "Figs. 11-12, Table 3": (11, 12),
     "Figs. 4 and 13-15, without printed numbers": (4, 13, 14, 15),
 }
-#: The four masses of the model.
-COLUMNS = (
-    Column(("m1", 0, 1), ("m2", 2, 3), 0.3),
-    Column(("m3", 4, 5), ("m4", 6, 7), 0.75),
-)
 
 
 def known(scene: Scene) -> Known:
-    """Return what was published of a scene: the two-subsystem model, or a part of it.
+    """Return what is known of a scene, with the section of its report that the published model has.
 
-    Masses and start are those of the published model whatever its friction, slider speeds and loads; the
-    section compares every published number and figure with the computed one, for a scene at parameters of
+    The section compares every published number and figure with the computed one, for a scene at parameters of
     which the paper has results.
     """
-    if not _is_published(scene):
-        return Known()
-    try:
-        start = steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
-    except InputError:
-        # Without steady sliding nothing can be disturbed.
-        start = None
+    found = known_of(scene)
+    if not found.columns:
+        return found
     cases = published()["limit_cycles"]
     models = [
         two_subsystems(friction=float(case["friction"]), slider_speed=float(case["slider_speed"]))
         for case in cases
     ]
     same = any(_is_as(scene, model) for model in models)
-    return Known(start, COLUMNS, (*NAMED, comparison_section) if same else None)
-
-
-def _is_published(scene: Scene) -> bool:
-    """Return whether a scene has the matrices and directions of the published model."""
-    reference = two_subsystems()
-    if scene.dofs != reference.dofs or len(scene.contacts) != 2 or scene.damping != reference.damping:
-        return False
-    if scene.unsymmetric:
-        return False
-    ours, theirs = (Structure.dense(one) for one in (scene, reference))
-    names = ("mass", "stiffness", "directions")
-    return all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in names)
+    return dataclasses.replace(found, section=(*NAMED, comparison_section) if same else None)
 
 
 def _is_as(scene: Scene, other: Scene) -> bool:
@@ -90,7 +65,7 @@ def _is_as(scene: Scene, other: Scene) -> bool:
 def comparison_section() -> str:
     """Return the section; everything in it is computed at the published parameters."""
     # Most scenes are not the paper's and need neither its numbers nor its figures.
-    from stickslip.reference.comparison import rows
+    from paper.comparison import rows
 
     found = rows()
     counts = Counter(row.verdict for row in found)
@@ -138,7 +113,7 @@ def _figures(numbers: tuple[int, ...]) -> Markup:
 
 
 def _figure(number: int) -> Markup:
-    from stickslip.reference import figures as paper
+    from paper import figures as paper
 
     draw = paper.FIGURES[number]
     caption = f"Fig. {number}. {(draw.__doc__ or '').strip()}"

@@ -8,10 +8,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any, Literal
 
-from stickslip.cycles.cycle import Cycle
-from stickslip.locus.critical import critical_points
-from stickslip.modes.complex_modes import complex_modes
-from stickslip.reference.numbers import (
+from paper.numbers import (
     TABLE_1_FREQUENCIES,
     Misprint,
     agrees,
@@ -19,6 +16,9 @@ from stickslip.reference.numbers import (
     misprint,
     published,
 )
+from stickslip.cycles.cycle import Cycle
+from stickslip.locus.critical import critical_points
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Real
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
@@ -80,7 +80,7 @@ def frequencies(scene: Scene, combination: str) -> Real:
 
 def critical_frictions() -> tuple[float, float, float]:
     """Return where the first and the second pair become unstable, and where their growth rates cross."""
-    points = critical_points(two_subsystems(), friction=FRICTIONS)
+    points = critical_points(two_subsystems(), {"friction": FRICTIONS})
     first, second = (point.value for point in points if point.kind == "hopf")
     # Below the first Hopf point the lead passes between modes that all decay.
     (crossing,) = (point.value for point in points if point.kind == "crossing" and point.value > second)

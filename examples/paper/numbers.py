@@ -10,14 +10,14 @@ import json
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 
 @cache
 def published() -> dict[str, Any]:
     """Return the record of published numbers; every number is a `Decimal` with its printed digits."""
-    text = files("stickslip.reference").joinpath("published.json").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("published.json").read_text(encoding="utf-8")
     record: dict[str, Any] = json.loads(text, parse_float=Decimal, parse_int=Decimal)
     return record
 

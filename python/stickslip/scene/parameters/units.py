@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stickslip.scene.family import Family
+from stickslip.scene.parameters.family import Family
 
 #: Of a contact's law, by whatever model.
 LAW_UNITS = {

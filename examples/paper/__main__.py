@@ -1,4 +1,4 @@
-"""`stickslip reproduce`: every published number beside the computed one; `stickslip figures`: the figures."""
+"""`python -m paper reproduce`: every published number beside the computed one; `python -m paper figures`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from stickslip.cli.exits import NEGATIVE
+from stickslip.cli.exits import NEGATIVE, Verbs
 from stickslip.cli.options import Number, console, dpi_option, save_figure
 from stickslip.show.progress import tracked
 from stickslip.show.replaced_file import replace_file
@@ -17,7 +17,7 @@ from stickslip.show.replaced_file import replace_file
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from stickslip.reference.comparison import Row
+    from paper.comparison import Row
 
 #: The masses of the published model with their dofs; a contact mass moves in the axes of its slider.
 MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
@@ -25,7 +25,17 @@ MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7
 STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
 
 
-@click.command()
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Compute what was published of the two-subsystem model (folder `examples` on the path of Python).
+
+    \b
+    Example:
+      PYTHONPATH=examples python -m paper reproduce -o figures
+    """
+
+
+@main.command()
 @click.option(
     "-o",
     "--output",
@@ -43,9 +53,9 @@ def reproduce(out: Path | None, as_json: bool, dpi: int) -> None:
 
     \b
     Example:
-      stickslip reproduce -o figures
+      python -m paper reproduce -o figures
     """
-    from stickslip.reference.comparison import rows
+    from paper.comparison import rows
 
     found = rows()
     differing = sum(row.verdict == "differs" for row in found)
@@ -101,13 +111,12 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     import numpy as np
     from matplotlib.figure import Figure
 
+    from paper.comparison import FRICTIONS, attractor, standard_run
+    from paper.numbers import published
     from stickslip import plot
-    from stickslip.locus.critical import hopf_points
+    from stickslip.locus.critical import critical_points
     from stickslip.locus.sweep import sweep
     from stickslip.modes.complex_modes import complex_modes
-    from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
-    from stickslip.reference.numbers import published
-    from stickslip.reference.section import COLUMNS
     from stickslip.scene.models import two_subsystems
     from stickslip.show.style import save
 
@@ -123,8 +132,8 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     drawn = {
         "mode-shapes.png": complex_modes(two_subsystems(friction=0.0)).plot.shapes(),
         "loci.png": plot.loci(
-            sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301)),
-            critical=hopf_points(two_subsystems(), friction=FRICTIONS),
+            sweep(two_subsystems(), {"friction": np.linspace(*FRICTIONS, 301)}),
+            critical=critical_points(two_subsystems(), {"friction": FRICTIONS}, kinds=("hopf",)),
         ),
         "mode-orbits.png": growing.plot.orbits(leading, MASSES),
         "history.png": run.plot.history(),
@@ -139,7 +148,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     for name, figure in drawn.items():
         save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
-    growing.plot.animate(leading, columns=COLUMNS).save(animation, writer="pillow")
+    growing.plot.animate(leading).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]
 
 
@@ -147,7 +156,7 @@ def _notes(found: list[Row]) -> list[str]:
     return list(dict.fromkeys(row.note for row in found if row.note))
 
 
-@click.command()
+@main.command()
 @click.argument("numbers", nargs=-1, type=Number(2, 15))
 @click.option(
     "-o",
@@ -169,12 +178,16 @@ def figures(numbers: tuple[int, ...], out: Path, suffix: str, dpi: int) -> None:
 
     \b
     Example:
-      stickslip figures 3 9 --format svg
+      python -m paper figures 3 9 --format svg
     """
-    from stickslip.reference.figures import FIGURES
+    from paper.figures import FIGURES
 
     out.mkdir(parents=True, exist_ok=True)
     for number in tracked(numbers or tuple(FIGURES), "figures"):
         path = out / f"figure-{number:02}.{suffix}"
         save_figure(FIGURES[number](), path, dpi)
         click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)
+
+
+if __name__ == "__main__":
+    main(prog_name="paper")

@@ -324,7 +324,7 @@ class Family:
         (number,) = wanted if len(wanted) == 1 else (None,)
         if number is None:
             raise InputError(
-                f"{name}: has no one value to start from; give it one, such as over={{{name!r}: ...}}"
+                f"{name}: has no one value to start from; give it one, such as {{{name!r}: ...}}"
             )
         return real_number(name, number)
 

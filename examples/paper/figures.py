@@ -19,15 +19,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from paper.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip import plot
 from stickslip.cycles.cycle import Cycle
-from stickslip.locus.critical import hopf_points
+from stickslip.locus.critical import critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import orbit
 from stickslip.motion.figures import ENERGY as ENERGY_SAMPLES
 from stickslip.motion.motion import Motion
-from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip.scene.models import two_subsystems
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -101,10 +101,10 @@ def figure_3() -> Figure:
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
     scene = two_subsystems()
-    plot.loci(sweep(scene, friction=np.linspace(*FRICTIONS, 301)), figure=figure)
+    plot.loci(sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}), figure=figure)
     growth.set_xlabel("")
     figure.legends.clear()
-    hopf = [point.value for point in hopf_points(scene, friction=FRICTIONS)]
+    hopf = [point.value for point in critical_points(scene, {"friction": FRICTIONS}, kinds=("hopf",))]
     (dots,) = growth.plot(hopf, np.zeros(len(hopf)), "o", color="black", markersize=3)
     red, blue = (Line2D([], [], color=colour) for colour in (UNSTABLE, STABLE))
     _legend(
