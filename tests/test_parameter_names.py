@@ -178,6 +178,18 @@ def test_critical_points_are_those_of_the_same_number_by_any_name():
         assert found == pytest.approx(one, rel=1e-9)
 
 
+def test_starts_of_a_map_are_steady_sliding_with_amounts_or_disturbed_sliding():
+    amounts = {"velocity": {"x1": [1e-3]}}
+    found, said = (
+        ss.basins(SCENE, {"friction": [0.5, 1.5]}, **amounts, **start)
+        for start in ({}, {"start": ss.steady_sliding})
+    )
+    assert found.map.identical(said.map)
+    disturbed = ss.basins(SCENE, {"friction": [1.5], "stiffness": [1.0]})
+    assert disturbed.map.dims == ("friction", "stiffness")
+    assert isinstance(disturbed.attractors[0], ss.Cycle)
+
+
 def test_two_axes_of_parameters_and_starts_are_one_map():
     found = ss.basins(SCENE, {"friction": [0.5, 1.5]}, start=ss.steady_sliding, velocity={"x1": [1e-3]})
     assert found.map.dims == ("velocity_x1", "friction")

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 import stickslip as ss
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.family import Family
 
 
 def missing(array):
@@ -46,12 +46,12 @@ def test_units_of_parameters_of_your_own_are_not_guessed():
     def model(damping, friction):
         return ss.models.two_subsystems(friction=friction, damping=damping)
 
-    assert parameter_units(model, "damping") == {}
-    assert parameter_units(model, "friction") == {"units": "1"}
-    assert parameter_units(partial(ss.models.two_subsystems, friction=1.0), "damping") == {"units": "s"}
+    assert Family(model).units("damping") == {}
+    assert Family(model).units("friction") == {"units": "1"}
+    assert Family(partial(ss.models.two_subsystems, friction=1.0)).units("damping") == {"units": "s"}
     scene = ss.Scene(
         [1.0, 1.0],
         np.eye(2),
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, name="pad")],
     )
-    assert parameter_units(scene, "gap_pad") == {"units": "m"}
+    assert Family(scene).units("gap_pad") == {"units": "m"}

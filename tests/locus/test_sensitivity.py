@@ -124,6 +124,21 @@ def test_a_scene_and_its_model_agree_at_any_value():
     assert model.derivative.to_numpy() == pytest.approx(there.derivative.to_numpy(), rel=1e-9)
 
 
+def test_derivatives_to_entries_stand_beside_those_to_parameters():
+    scene = ss.models.two_subsystems()
+    both = ss.sensitivity(scene, ["friction", "stiffness"], entries="stiffness")
+    assert both.derivative.sizes["parameter"] == 2
+    # A factor on the stiffness changes every entry by itself, and damping in proportion along with it.
+    weighted = both.entry_derivative.to_numpy() * scene.stiffness.toarray()
+    assert weighted.sum(axis=(1, 2)) == pytest.approx(both.derivative.to_numpy()[1], rel=1e-8)
+    assert both.entry_derivative.units == "1/s/(N/m)"
+    assert both.unit.to_numpy().tolist() == ["1", "1"]
+    alone = ss.sensitivity(scene, entries="mass")
+    assert alone.sizes["parameter"] == 0
+    assert alone.entry_derivative.dims == ("mode", "row", "column")
+    assert ss.sensitivity(scene).parameter.to_numpy().tolist() == ["friction"]
+
+
 def test_hostile_input():
     scene = ss.models.two_subsystems()
     with pytest.raises(ss.InputError, match="stifness: a scene has no such parameter"):

@@ -24,7 +24,6 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, SearchInterrupted
 from stickslip.scene.checks import Real, finite_time
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import parameter_units
 from stickslip.scene.parameters.values import axis, divided
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
@@ -57,7 +56,7 @@ class _Axis:
 
     def units(self, model: Model) -> dict[str, str]:
         units = {"position": "m", "velocity": "m/s"}.get(self.kind)
-        return parameter_units(model, self.of) if units is None else {"units": units}
+        return Family(model).units(self.of) if units is None else {"units": units}
 
 
 @dataclass(frozen=True, repr=False, eq=False)

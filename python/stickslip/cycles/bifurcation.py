@@ -21,8 +21,7 @@ from stickslip.cycles.attractors import (
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import SearchInterrupted
 from stickslip.scene.checks import Index, Real, finite_time
-from stickslip.scene.parameters.family import Model
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import along
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
@@ -179,7 +178,7 @@ def _diagram(
         kinds.append(kind if core is not None else described(kind, growth, message)[0])
         exponents.append(growth[0])
         errors.append(growth[1])
-    result = table(name, values, cycles, parameter_units(model, name), scenes)
+    result = table(name, values, cycles, Family(model).units(name), scenes)
     result["kind"] = (name, np.array(kinds, dtype=str))
     result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
     result["exponent_error"] = (name, np.array(errors), {"units": "1/s"})

@@ -17,7 +17,7 @@ from stickslip.faults import InputError, OrbitError, SearchInterrupted
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
-from stickslip.scene.loads.of_scene import core_loads, load_names, load_parameters
+from stickslip.scene.loads.of_scene import core_loads, load_names
 from stickslip.scene.parameters.values import along, between
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
@@ -211,8 +211,7 @@ def frequency_response(
 
 def _load(scene: Scene, field: str) -> str:
     """Return the name of the load whose frequency a parameter is."""
-    known = load_parameters(scene.loads, scene.contacts)
-    fields = [name for name in known if name.endswith("_frequency")]
+    fields = [name for name, number in load_numbers(scene).items() if number.field == "frequency"]
     if field not in fields:
         raise InputError(
             f"parameters: expected the frequency of a load, got {field!r}{nearest(field, fields)}"
@@ -330,7 +329,7 @@ def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
 
 def _vibration(scene: Scene, name: str, combination: str, rate: float) -> tuple[Complex, Complex]:
     """Return force on the dofs and displacement of the dofs where a vibrating slider carries a contact."""
-    _, place, _ = load_parameters(scene.loads, scene.contacts)[f"{name}_frequency"]
+    (place,) = load_numbers(scene)[f"{name}_frequency"].places
     wave = scene.contacts[place].slider_vibration
     if wave is None or combination[place] != "s":
         return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)

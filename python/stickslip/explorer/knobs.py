@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from stickslip.scene.contact import LAW
 from stickslip.scene.parameters.family import Family
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.numbers import FACTORS
 
 #: Ranges of a parameter that stands at zero, by its unit, and of any other.
-AT_ZERO = {"m/s": (-0.1, 0.1), "N": (-100.0, 100.0), "m": (0.0, 1e-3), "s": (0.0, 1e-3)}
+AT_ZERO = {"1/s": (0.0, 100.0), "m/s": (-0.1, 0.1), "N": (-100.0, 100.0), "m": (0.0, 1e-3), "s": (0.0, 1e-3)}
 ANYTHING = (-1.0, 1.0)
 #: Multiples of its value between which a parameter moves that must stay positive, such as a stiffness.
 POSITIVE = (0.1, 2.5)
@@ -51,7 +51,7 @@ def knobs(family: Family) -> dict[str, Knob]:
     order = sorted(entries.items(), key=lambda item: (item[1] not in LAW, numbers[item[0]] is None))
     for name, entry in order:
         value = numbers[name]
-        unit = parameter_units(family.given, name).get("units", "")
+        unit = family.units(name).get("units", "")
         low, high = _range(entry, unit, value)
         if value is None and entry.startswith("static_friction"):
             # Static friction is no less than friction at rest.
@@ -97,7 +97,7 @@ def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
         return min(-0.2, 1.5 * (value or 0.0)), max(1.2, 1.5 * (value or 0.0))
     if not value:
         return AT_ZERO.get(unit, ANYTHING)
-    if unit in ("kg", "N/m"):
+    if unit in ("kg", "N/m") or entry in FACTORS:
         return POSITIVE[0] * value, POSITIVE[1] * value
     # A slider at rest has no direction to slide in.
     low, high = sorted((0.04 * value if unit == "m/s" else 0.0, 4.0 * value))

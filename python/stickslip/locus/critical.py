@@ -17,7 +17,6 @@ from stickslip.locus.points import KINDS, CriticalPoint, CriticalPoints, Kind
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import parameter_units
 from stickslip.scene.parameters.values import divided, interval
 
 #: Growth rates up to this part of |lambda| are rounding, as those of undamped modes.
@@ -43,8 +42,8 @@ def critical_points(
     parameters
         Values by name as for `sweep`, one of them a range ``(lower, upper)``.
     kinds
-        Kinds of `CriticalPoint` to return. With ``("hopf",)`` alone only the modes that may reach
-        the imaginary axis are followed, which are few of a fine mesh.
+        Which to return of ``hopf``, ``divergence``, ``lock_in``, ``crossing`` and ``separation``. With
+        ``("hopf",)`` alone only the modes that may reach the imaginary axis are followed, few of a fine mesh.
     proximity
         How far off the real axis exceptional points are reported: the largest imaginary part of the
         parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
@@ -92,7 +91,7 @@ def critical_points(
     points = _found(search, sliding, name, lower, upper, fixed, band, growth)
     if hopf_alone and not points and band is None:
         _warn_of_lock_in(sliding, name, (lower, upper), fixed)
-    return CriticalPoints(name, points, parameter_units(model, name))
+    return CriticalPoints(name, points, Family(model).units(name))
 
 
 def _kinds(kinds: Any) -> tuple[Kind, ...]:

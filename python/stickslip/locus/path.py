@@ -20,10 +20,11 @@ from scipy.optimize import brentq
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
+from stickslip.scene.contact import concerns
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Tabulated
-from stickslip.scene.laws.of_contacts import concerns, law_entry
 from stickslip.scene.parameters.family import Family
+from stickslip.scene.parameters.numbers import number_of
 from stickslip.scene.scene import Scene
 
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
@@ -100,7 +101,7 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        if not friction_enters_linearly(self.family.model):
+        if not is_linear(self.family.model, name):
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
@@ -111,24 +112,23 @@ class Sliding:
         return _core.Path.contact_law(scene.core, other.core, letters, moving, lower, upper)
 
 
-def friction_enters_linearly(model: object) -> TypeGuard[Scene]:
-    """Return whether a model is a scene whose friction coefficients enter the reduced matrices linearly.
+def is_linear(model: object, name: str) -> TypeGuard[Scene]:
+    """Return whether the reduced matrices of a scene change with a number of its contacts linearly.
 
-    They are then the only parameters of the scene on which its modes depend. This does not hold where dofs
-    have no mass, directions depend on each other, or friction is a law over slip speed.
+    Friction does, and no other number of a contact changes them. This does not hold where dofs have no mass,
+    directions depend on each other, or friction is a law over slip speed.
     """
-    return isinstance(model, Scene) and not (
-        model.core.has_massless or model.core.dependent or model.core.has_friction_laws
-    )
+    if not isinstance(model, Scene) or number_of(model, name).owner != "contact":
+        return False
+    return not (model.core.has_massless or model.core.dependent or model.core.has_friction_laws)
 
 
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
     if scene.core.has_friction_laws:
         return []
-    field, contact = law_entry(scene.contacts, name)
-    everything = [i for i, one in enumerate(scene.contacts) if concerns("friction", one)]
-    return [] if field != "friction" else everything if contact is None else [contact]
+    number = number_of(scene, name)
+    return list(number.places) if (number.owner, number.field) == ("contact", "friction") else []
 
 
 @dataclass

@@ -22,7 +22,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.band.path import INTERPOLATED, Projected, wanted_region
-from stickslip.locus.path import Sliding, friction_enters_linearly, moved_friction
+from stickslip.locus.path import Sliding, is_linear, moved_friction
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
@@ -30,7 +30,6 @@ from stickslip.scene.checks import Complex, Real, check_memory, real_number
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import parameter_units
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 
@@ -92,7 +91,7 @@ def sensitivity(
     modes = complex_modes(scene, combination, band=band, growth=growth)
     large = scipy.sparse.issparse(modes.mass)
     right, left = modes.right_displacement, modes.left_displacement
-    if friction_enters_linearly(family.model):
+    if all(is_linear(family.model, name) for name in names):
         of_contacts = _sparse_contact_change if large else _contact_change
         changes = [of_contacts(scene, modes.combination, name) for name in names]
     else:
@@ -126,7 +125,7 @@ def sensitivity(
             "parameter": np.array(names, dtype=str),
             "unit": (
                 "parameter",
-                np.array([parameter_units(model, name).get("units", "") for name in names], dtype=str),
+                np.array([Family(model).units(name).get("units", "") for name in names], dtype=str),
             ),
             "mode": np.arange(modes.eigenvalues.size),
         },

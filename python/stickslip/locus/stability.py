@@ -50,13 +50,13 @@ def stability(
     Returns
     -------
     xarray.Dataset
-        Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
-        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the
-        number of modes that grow, where a conjugate pair counts as one; ``steady_sliding``, whether steady
-        sliding of the combination exists (`sweep`): if it does not, the other values say nothing about it;
-        ``normal_force`` of the closed contacts in equilibrium, N, also over ``contact``. With `band`
-        eigenvalues are nan where no mode is inside, and the attributes are ``missing`` and ``doubts`` of both
-        ends (`sweep`).
+        Over ``sample``, with the parameters as coordinates: ``eigenvalue``, the one with the largest real
+        part and nonnegative imaginary part, 1/s; ``growth_rate``, its real part; ``frequency``,
+        ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the number of modes that grow, where a conjugate pair
+        counts as one; ``steady_sliding``, whether steady sliding of the combination exists (`sweep`): if it
+        does not, the other values say nothing about it; ``normal_force`` of the closed contacts in
+        equilibrium, N, also over ``contact``. With `band` eigenvalues are nan where no mode is inside, and
+        the attributes are ``missing`` and ``doubts`` of both ends (`sweep`).
 
     Raises
     ------
@@ -85,7 +85,10 @@ def stability(
             "steady_sliding": ("sample", found["steady_sliding"]),
             "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
         },
-        coords={"contact": contacts},
+        coords={
+            "contact": contacts,
+            **{name: ("sample", values, family.units(name)) for name, values in columns.items()},
+        },
         attrs=attrs,
     )
 
@@ -160,7 +163,7 @@ def _verdicts(
     def scene(row: Real) -> Scene:
         return family.scene(dict(zip(names, map(float, row), strict=True)))
 
-    if family.compiled:
+    if family.compiled(names):
         for sample, place in np.argwhere(~np.isfinite(rows)):
             raise InputError(f"{names[place]}: must be finite, got {rows[sample, place]} in sample {sample}")
         family.check_angles(names, rows)

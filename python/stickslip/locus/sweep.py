@@ -20,7 +20,6 @@ from stickslip.locus.sensitivity import is_defined
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.units import derivative_units, parameter_units
 from stickslip.scene.parameters.values import axis, divided
 from stickslip.show.progress import LONG, tracked, watched
 
@@ -50,10 +49,13 @@ def sweep(
     model
         A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
     parameters
-        Values by name, one or two of them an array (k,) of distinct values, the rest a number.
-        Names: a field of the contacts (``friction``), or of one contact (``friction_0``, or
-        ``friction_left`` if it has a name); of a function also any keyword that takes a number, and an entry
-        of one that takes an array (``vertical_stiffness_1``).
+        Values by name, one or two of them an array (k,) of distinct values, the rest a number. Names: a field
+        of the contacts (``friction``, ``slider_speed``, ``gap``, ...), or of one contact (``friction_0``, or
+        ``friction_left`` if it has a name); a number of a law of friction (``friction_kinetic``) or of a load
+        (``shaker_amplitude``, ``load_0_frequency``); ``damping_mass`` (1/s) and ``damping_stiffness`` (s) of
+        `Rayleigh` damping; ``mass``, ``stiffness``, ``damping``, ``gyroscopic``, ``circulatory`` and
+        ``force``, each a factor on what the scene has. Of a function first its keywords that take a number,
+        and entries of those that take an array (``vertical_stiffness_1``).
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
         the sign of its contact.
@@ -308,7 +310,7 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
         "derivative": (
             dims,
             derivative,
-            {"long_name": f"d eigenvalue / d {last}", **derivative_units("1/s", model, last)},
+            {"long_name": f"d eigenvalue / d {last}", **Family(model).derivative_units("1/s", last)},
         ),
         "condition": (dims, result["condition"], {"units": "1"}),
         "defective": (dims, result["defective"]),
@@ -321,6 +323,6 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
             "a": (dims, result["a"], {"units": "kg/s"}),
         }
     attributes = {"meetings": np.sort(result["meetings"])}
-    coords = {name: (name, values, parameter_units(model, name)) for name, values in axes.items()}
+    coords = {name: (name, values, Family(model).units(name)) for name, values in axes.items()}
     others = {"branch": np.arange(eigenvalue.shape[-1]), "contact": contacts}
     return xr.Dataset(variables, coords=coords | others, attrs=attributes)

@@ -144,6 +144,40 @@ SPRINGS = ("normal_stiffness", "tangential_stiffness")
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force", *SPRINGS)
 
+#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
+OF_LAW = "friction_"
+
+
+def concerns(field: str, contact: Contact) -> bool:
+    """Return whether a field of the law is about a contact: it has the directions that the field needs."""
+    if field == "normal_force":
+        return contact.normal is None
+    if field in SPRINGS:
+        return getattr(contact, field) is not None
+    if field.startswith(OF_LAW):
+        return (
+            isinstance(contact.friction, Law) and field.removeprefix(OF_LAW) in contact.friction.parameters()
+        )
+    direction = contact.normal if field in ("restitution", "gap") else contact.tangential
+    return direction is not None
+
+
+def law_number(contact: Contact, field: str) -> Any:
+    """Return a field of the contact law, or a parameter of its law of friction."""
+    if field in LAW or not field.startswith(OF_LAW):
+        return getattr(contact, field)
+    return getattr(contact.friction, field.removeprefix(OF_LAW), None)
+
+
+def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
+    """Return the contact with another value of it."""
+    if field in LAW:
+        return dataclasses.replace(contact, **{field: value})
+    if not isinstance(contact.friction, Law) or not concerns(field, contact):
+        return contact
+    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})
+    return dataclasses.replace(contact, friction=law)
+
 
 def letters_of(contact: Contact) -> str:
     """Return the statuses that a contact can have."""

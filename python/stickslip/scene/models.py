@@ -22,7 +22,7 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.of_contacts import per_contact
+from stickslip.scene.parameters.numbers import per_contact
 from stickslip.scene.scene import Scene
 
 #: A number for all, or one per subsystem or contact.

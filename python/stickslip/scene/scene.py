@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,16 @@ from stickslip.scene.checks import (
     real_array,
     real_matrix,
 )
-from stickslip.scene.contact import Contact, aligned, contact_labels, core_contact, described_direction
+from stickslip.scene.contact import (
+    LAW,
+    Contact,
+    aligned,
+    contact_labels,
+    core_contact,
+    described_direction,
+    law_number,
+    nearest,
+)
 from stickslip.scene.laws.damping import (
     DampingLike,
     Rayleigh,
@@ -35,9 +45,9 @@ from stickslip.scene.laws.damping import (
     described_damping,
 )
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.laws.of_contacts import changed_laws, with_law_number
 from stickslip.scene.loads.in_time import Load
-from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads, with_load_numbers
+from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads
+from stickslip.scene.parameters.numbers import Number, changed_parts, found_number
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
@@ -208,9 +218,10 @@ class Scene(Shown):
         **changes
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
             ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
-            contact, or of one contact by index or name (``friction_0``, ``friction_left``), or a number of a
-            load by its name (``shaker_frequency``, ``load_0_amplitude``). A scalar sets all contacts that
-            have such a field: friction, for example, those with a tangential direction.
+            contact, or of one contact by index or name (``friction_0``, ``friction_left``), a number of a
+            load by its name (``shaker_frequency``, ``load_0_amplitude``), or a coefficient of Rayleigh
+            damping (``damping_mass``, 1/s, ``damping_stiffness``, s). A scalar sets all contacts that have
+            such a field: friction, for example, those with a tangential direction.
 
         Raises
         ------
@@ -219,36 +230,39 @@ class Scene(Shown):
             or the new scene is ill-posed.
         """
         arguments = self._arguments()
-        contacts = tuple(changes.get("contacts", self.contacts))
-        contacts, changes = with_load_numbers(contacts, changes.get("loads", self.loads), changes)
-        law = changed_laws(
-            contacts,
-            {name: value for name, value in changes.items() if name not in arguments},
-            list(arguments),
-        )
-        changes = {name: value for name, value in changes.items() if name in arguments}
-        model = self._model_with(law) if changes.keys().isdisjoint(("contacts", "loads")) else None
-        changes.pop("contacts", None)
-        for name, values in law.items():
-            contacts = tuple(
-                with_law_number(contact, name, one) for contact, one in zip(contacts, values, strict=True)
-            )
-        if changes:
-            return Scene(**{**arguments, "contacts": contacts, **changes})
+        own = {name: value for name, value in changes.items() if name in arguments}
+        parts = SimpleNamespace(**{**arguments, **own})
+        numbers: dict[Number, Any] = {}
+        if len(own) < len(changes) and "loads" in own:
+            parts.loads = checked_loads(parts.loads, parts.contacts)
+        for name, value in changes.items():
+            number = None if name in own else found_number(parts, name)
+            if number is not None:
+                numbers[number] = value
+            elif name not in own:
+                raise InputError(f"replace: unknown field {name!r}{nearest(name, [*arguments, *LAW])}")
+        own |= changed_parts(parts, numbers, "replace") if numbers else {}
+        if not own.keys() <= {"contacts"}:
+            return Scene(**{**arguments, **own})
+        contacts = tuple(own.get("contacts", self.contacts))
+        laws = {number.field for number in numbers if number.owner == "contact"}
+        is_model = "contacts" not in changes and all(one.owner == "contact" for one in numbers)
         # The arrays are shared.
         scene = object.__new__(Scene)
         given = _core_contacts(contacts, self.dofs)
         core = self.core.with_contacts(given, core_loads(self.loads, contacts, self.dofs))
+        model = self._model_with(laws, contacts) if is_model else None
         scene._set(**{**arguments, "contacts": contacts, "core": core, "model": model})
         return scene
 
-    def _model_with(self, law: dict[str, list[Any]]) -> partial[Scene] | None:
-        """Return the model with other laws of its contacts, None where it takes no such argument."""
-        if self.model is None or not set(law) <= set(inspect.signature(self.model).parameters):
+    def _model_with(self, laws: set[str], contacts: Sequence[Contact]) -> partial[Scene] | None:
+        """Return the model with the laws of these contacts, None where it takes no such argument."""
+        if self.model is None or not laws <= set(inspect.signature(self.model).parameters):
             return None
+        values = {name: [law_number(contact, name) for contact in contacts] for name in laws}
         # What was given as one number for all stays one.
-        one = {name: values[0] for name, values in law.items() if all(v is values[0] for v in values)}
-        return partial(self.model, **{**law, **one})
+        one = {name: own[0] for name, own in values.items() if all(value == own[0] for value in own)}
+        return partial(self.model, **{**values, **one})
 
     @property
     def plot(self) -> ScenePlots:

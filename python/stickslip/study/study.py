@@ -336,14 +336,14 @@ class Study:
         evaluation, labels = self.evaluation, self.evaluation.labels
         columns = evaluation.outputs.columns
         dims = {dim for column in columns for dim in column.dims}
-        coords: dict[str, tuple[str, Any]] = {
-            name: ("sample", np.ascontiguousarray(values))
+        coords: dict[str, tuple[str, Any, dict[str, str]]] = {
+            name: ("sample", np.ascontiguousarray(values), self.family.units(name))
             for name, values in zip(self.parameters.names, self.design.T, strict=True)
         }
         if "dof" in dims:
-            coords["dof"] = ("dof", list(labels.dofs))
+            coords["dof"] = ("dof", list(labels.dofs), {})
         if "contact" in dims:
-            coords["contact"] = ("contact", list(labels.contacts))
+            coords["contact"] = ("contact", list(labels.contacts), {})
         return Layout(
             columns,
             {column.name: labels.size(column, evaluation.outputs) for column in columns},

@@ -132,16 +132,7 @@ def _show(
         return
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
     points = ss.critical_points(case.model, limits, combination=combination)
-    rows = [
-        (
-            point.kind.replace("_", "-"),
-            f"{point.value:.12g}",
-            "" if np.isnan(point.frequency) else f"{point.frequency:.4f}",
-            point.remark,
-        )
-        for point in points
-    ]
-    out.print(table(Table("Critical points", ("kind", name, "frequency, Hz", ""), rows)))
+    out.print(table(points.summary().tables[0]))
 
 
 def _marginal(

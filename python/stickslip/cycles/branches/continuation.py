@@ -15,15 +15,14 @@ from stickslip.cycles.branches.branch import Branch, BranchPoint, Kind, Placed, 
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import real_array, real_number, whole_number
-from stickslip.scene.parameters.family import Model
-from stickslip.scene.parameters.units import parameter_units
+from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import SceneAt, between
 
 #: Kinds of points at which the sequence of events changes.
 CHANGES = ("grazing", "switching")
 #: Steps in which the end of a branch is looked for, and how far before its last orbit they begin, part of the
 #: range.
-STEPS, AWAY = 60, 1e-3
+STEPS, AWAY = 60, 1e-2
 #: Accuracy of a multiplier at a branch point: its target is met to this.
 MULTIPLIER = 1e-8
 #: Relative distance to which the end of a branch is approached by halving; closer, Newton's method needs
@@ -101,7 +100,7 @@ def continuation(
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
     result = table("point", np.arange(values.size), cycles, {}).assign_coords(
-        {name: ("point", values, parameter_units(source, name))}
+        {name: ("point", values, Family(source).units(name))}
     )
     result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
     return Branch(result, tuple(cycles), tuple(_points(name, traced, end, scene_at)), traced.end)
@@ -295,6 +294,12 @@ def _branch_end(name: str, before: Placed, beyond: float, scene_at: SceneAt) -> 
             places.append((further, continued((value, cycle), further, scene_at)))
         except OrbitError:
             break
+    if np.isfinite(estimate) and len(places) > 2:
+        # With the next power of the duration, of which the square is the first that counts.
+        values, orbits = zip(*places[-3:], strict=True)
+        lengths = np.array([orbit.core.durations[shortest] for orbit in orbits]) / before[1].period
+        powers = np.stack([np.ones(3), lengths**2, lengths**3], axis=1)
+        estimate = float(np.linalg.solve(powers / powers.max(axis=0), values)[0])
     if np.isfinite(estimate):
         event = shortest - 1
         contact = int(cycle.run.events.contact[event])

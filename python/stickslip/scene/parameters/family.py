@@ -6,12 +6,11 @@ A name is one of
 * one entry of a keyword that takes an array: ``vertical_stiffness_1``;
 * of ``models.chain``, a field of all its subsystems or links, or of one of them, such as
   ``link_vertical_stiffness_0``;
-* a field of the contact law, of all contacts (``friction``) or of one, by index or name: ``friction_0``,
-  ``friction_left``;
-* a number of a load in time of a scene, by the name of the load: ``shaker_frequency``, ``load_0_amplitude``,
-  ``pull_times_0``, ``pull_values_1``.
+* a number of the scene (`numbers`): a field of the contact law, of all contacts (``friction``) or of one, by
+  index or name (``friction_0``, ``friction_left``), a number of a load (``shaker_frequency``), a coefficient
+  of damping (``damping_stiffness``), or a factor on a matrix or the force (``stiffness``).
 
-What is no keyword of a function is a field of the contacts of the scene that it returns.
+What is no keyword of a function is a number of the scene that it returns.
 """
 
 from __future__ import annotations
@@ -29,19 +28,20 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, SPRINGS, Contact, core_contact, nearest
+from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.laws.of_contacts import (
-    OF_LAW,
-    check_laws_kept,
-    concerns,
-    law_entry,
-    law_number,
-    law_numbers,
-    per_contact,
-)
-from stickslip.scene.loads.of_scene import NUMBERS, SWITCHED, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
+from stickslip.scene.parameters.numbers import (
+    FACTORS,
+    changed_parts,
+    checked_numbers,
+    common,
+    is_number_name,
+    number_of,
+    per_contact,
+    scene_numbers,
+    unit_of_name,
+)
 from stickslip.scene.scene import Scene
 
 #: A scene, or a function from named parameters to one.
@@ -51,6 +51,15 @@ Model = Scene | Callable[..., Scene]
 WHOLE = ("wall_stiffness", "damping")
 #: Fields of the contacts of a chain.
 CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force", *SPRINGS))
+#: Units of the functions of `stickslip.models`; stiffnesses show theirs at the end of their names.
+MODEL_UNITS = {
+    "upper_mass": "kg",
+    "contact_mass": "kg",
+    "inclination": "rad",
+    "preload_displacement": "m",
+    "external_force": "N",
+    "damping": "s",
+}
 
 
 class Slot(NamedTuple):
@@ -111,12 +120,16 @@ class Family:
         """Whether the model is one of `stickslip.models`."""
         return self.model in (models.two_subsystems, models.chain)
 
-    @property
-    def compiled(self) -> bool:
-        """Whether scenes are made in compiled code, which knows constant friction alone."""
-        if not (isinstance(self.model, Scene) or self.is_chain):
-            return False
-        return not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
+    def compiled(self, names: Iterable[str]) -> bool:
+        """Return whether scenes of these parameters are made in compiled code.
+
+        It knows constant friction alone, and no number of a scene beyond those of contacts and loads.
+        """
+        if isinstance(self.model, Scene):
+            known = all(number_of(self.model, name).owner != "scene" for name in names)
+        else:
+            known = self.is_chain and not any(self.slot(name).late for name in names)
+        return known and not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:
@@ -124,27 +137,18 @@ class Family:
         return inspect.signature(self.model).parameters if callable(self.model) else {}
 
     def slot(self, name: str) -> Slot:
-        """Return what a name stands for.
-
-        Raises
-        ------
-        InputError
-            If it stands for nothing; the message offers the nearest names.
-        """
+        """Return what a name stands for."""
         if isinstance(self.model, Scene):
-            loads = load_parameters(self.model.loads, self.model.contacts)
-            if name in loads:
-                return Slot(*core_place(self.model.loads, self.model.contacts, *loads[name]), 1)
-            entry, place = law_entry(self.model.contacts, name)
-            chosen = self.model.contacts if place is None else [self.model.contacts[place]]
-            if entry in SPRINGS and not any(concerns(entry, contact) for contact in chosen):
-                raise InputError(f"{name}: a rigid contact has no {entry} to vary; give it one")
-            return Slot(entry, place, len(self.model.contacts))
+            number = number_of(self.model, name)
+            place = None if number.joint else next(iter(number.places), 0)
+            return Slot(number.field, place, len(self.model.contacts) if number.joint else 1)
         if self.is_chain:
             if name in self._parts:
                 return self._parts[name]
-            if name not in self.keywords and name.startswith(OF_LAW):
-                law_entry(self.template.contacts, name)
+            if name == "damping_stiffness":
+                return Slot("damping", None, 1)
+            if name not in self.keywords and is_number_name(name):
+                number_of(self.template, name)
                 return Slot(name, None, 1, late=True)
             if name not in self.keywords:
                 raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._parts])}")
@@ -157,10 +161,32 @@ class Family:
             if int(label) < len(values):
                 return Slot(stem, int(label), len(values))
             raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
-        is_load = any(name.rstrip("_0123456789").endswith(f"_{number}") for number in (*NUMBERS, *SWITCHED))
-        if is_load or name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
+        if is_number_name(name):
             return Slot(name, None, 1, late=True)
         raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
+
+    def units(self, name: str) -> dict[str, str]:
+        """Return ``{"units": ...}`` of a parameter, for labelled arrays.
+
+        Nothing where it cannot be known: what a function of your own means by its keywords, unless they are
+        those of a contact's law.
+        """
+        if isinstance(self.model, Scene):
+            unit = number_of(self.model, name).unit
+        else:
+            entry, _, _, late = self.slot(name)
+            if self.is_chain and not late:
+                unit = MODEL_UNITS.get(entry, "N/m" if entry.endswith("_stiffness") else unit_of_name(entry))
+            else:
+                unit = unit_of_name(entry) if late or entry in LAW else ""
+        return {"units": unit} if unit else {}
+
+    def derivative_units(self, of: str, name: str) -> dict[str, str]:
+        """Return ``{"units": ...}`` of the derivative of a quantity in units `of` to a parameter."""
+        unit = self.units(name).get("units")
+        if unit is None:
+            return {}
+        return {"units": of if unit == "1" else f"{of}/({unit})"}
 
     def _standing(self, keyword: str) -> Any:
         """Return the value that a keyword has if nothing is said; None if there is none."""
@@ -201,62 +227,35 @@ class Family:
         return {"wall_stiffness": 0.0, **self.arguments}
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse names that stand for nothing, for the same number, or for friction that a law gives.
-
-        Raises
-        ------
-        InputError
-            Naming one of them, or both.
-        """
+        """Refuse names that stand for nothing, for the same number, or for friction that a law gives."""
+        values = names if isinstance(names, Mapping) else dict.fromkeys(names, 0.0)
+        if isinstance(self.model, Scene):
+            checked_numbers(self.model, values)
+            return
         seen: dict[tuple[str, int], str] = {}
-        for name in names:
-            entry, place, count, _ = self.slot(name)
-            value = names[name] if isinstance(names, Mapping) else 0.0
-            check_laws_kept(self._own_contacts, entry, place, value)
+        for name, value in values.items():
+            entry, place, count, late = self.slot(name)
+            if self.is_chain and (late or entry in LAW):
+                checked_numbers(self.template, {name: value})
             for k in range(count) if place is None else [place]:
                 if (entry, k) in seen:
                     raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
                 seen[entry, k] = name
 
-    @cached_property
-    def _own_contacts(self) -> Sequence[Contact]:
-        """The contacts before any parameter is set; none of a function that makes them itself."""
-        return self.template.contacts if isinstance(self.model, Scene) or self.is_chain else ()
-
     def check_angles(self, names: Sequence[str], rows: Real) -> None:
-        """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees.
-
-        Raises
-        ------
-        InputError
-            Naming the parameter and the largest angle.
-        """
+        """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees."""
         for place, name in enumerate(names):
             if self.is_chain and rows.size and self.slot(name).entry == "inclination":
                 models.radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
 
     def scene(self, values: Mapping[str, Any]) -> Scene:
-        """Return the scene for some parameter values; those not given stay as they are.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown, or the scene ill-posed; a function may raise anything.
-        """
+        """Return the scene for some parameter values; those not given stay as they are."""
         if isinstance(self.model, Scene):
-            self.check(values)
-            return self.model.replace(**values) if values else self.model
-        arguments, law = self._assigned(values)
-        return _scene(self.model, arguments, law)
+            return _changed(self.model, values)
+        return _scene(self.model, *self._assigned(values))
 
     def replaced(self, values: Mapping[str, Any]) -> Model:
-        """Return the model with other values where nothing is said.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown, or two of them set the same number.
-        """
+        """Return the model with other values where nothing is said."""
         self.check(values)
         if isinstance(self.model, Scene):
             return self.scene(values)
@@ -296,37 +295,33 @@ class Family:
         return arguments, law
 
     def value(self, name: str) -> float:
-        """Return the number that a parameter has where nothing is said.
-
-        Raises
-        ------
-        InputError
-            If it has none, or several.
-        """
-        entry, place, count, late = self.slot(name)
-        if isinstance(self.model, Scene):
-            entry, late = name, True
-        if late:
+        """Return the number that a parameter has where nothing is said."""
+        slot = self.slot(name)
+        if isinstance(self.model, Scene) or slot.late:
             scene = self.scene({})
-            loads = load_parameters(scene.loads, scene.contacts)
-            if name in loads:
-                return real_number(name, load_number(scene.loads, scene.contacts, name))
-            entry, place = law_entry(scene.contacts, entry)
-            check_laws_kept(scene.contacts, entry, place)
-            numbers = [law_number(contact, entry) for contact in scene.contacts]
-            if place is None:
-                numbers = [
-                    number for number, c in zip(numbers, scene.contacts, strict=True) if concerns(entry, c)
-                ]
+            ((number, _),) = checked_numbers(scene, {name: 0.0}).items()
+            value = number.get(scene)
         else:
-            numbers = per_contact(name, self._standing(entry), count)
-        wanted = set(numbers) if place is None else {numbers[place]}
-        (number,) = wanted if len(wanted) == 1 else (None,)
-        if number is None:
+            value = common(self._values(slot))
+        if value is None:
             raise InputError(
                 f"{name}: has no one value to start from; give it one, such as {{{name!r}: ...}}"
             )
-        return real_number(name, number)
+        return real_number(name, value)
+
+    def _values(self, slot: Slot) -> list[Any]:
+        """Return the numbers that a slot of a function stands for, as they stand."""
+        entry = slot.entry
+        if self.is_chain and entry in CHAIN_LAW:
+            values = [getattr(contact, entry) for contact in self.template.contacts]
+        elif self.is_chain and entry in WHOLE:
+            values = [self._chain.get(entry, 1e-4)]
+        elif self.is_chain:
+            parts = self._chain["links" if entry.startswith("link_") else "subsystems"]
+            values = [getattr(part, entry.removeprefix("link_")) for part in parts]
+        else:
+            values = per_contact(entry, self._standing(entry), slot.places)
+        return values if slot.place is None else [values[slot.place]]
 
     def numbers(self) -> dict[str, float | None]:
         """Return every parameter that stands for one number, with its value where nothing is said.
@@ -334,12 +329,13 @@ class Family:
         The value is None where it follows another, as static friction does unless it is told.
         """
         if isinstance(self.model, Scene):
-            return law_numbers(self.model.contacts, LAW)
+            return scene_numbers(self.model)
         if self.is_chain:
-            singles = {
-                name: slot for name, slot in self._parts.items() if (slot.place is None) == (slot.places == 1)
+            slots = {
+                name: one for name, one in self._parts.items() if (one.place is None) == (one.places == 1)
             }
-            return {name: self._chain_number(*slot[:2]) for name, slot in singles.items()}
+            values = {name: self._values(slot)[0] for name, slot in slots.items()}
+            return {name: float(one) if _is_number(one) else None for name, one in values.items()}
         found: dict[str, float | None] = {}
         for keyword in self.keywords:
             value = self._standing(keyword)
@@ -348,18 +344,9 @@ class Family:
             elif np.ndim(value) == 1 and len(value) and all(map(_is_number, value)):
                 found |= {f"{keyword}_{k}": float(one) for k, one in enumerate(value)}
         if all(one.kind is not inspect.Parameter.VAR_KEYWORD for one in self.keywords.values()):
-            found |= law_numbers(self.scene({}).contacts, [name for name in LAW if name not in self.keywords])
+            others = scene_numbers(self.scene({}), [name for name in LAW if name not in self.keywords])
+            found |= {name: value for name, value in others.items() if name not in self.keywords}
         return found
-
-    def _chain_number(self, entry: str, place: int | None) -> float | None:
-        chain, at = self._chain, place or 0
-        if entry in WHOLE:
-            return float(chain.get(entry, 1e-4))
-        if entry in CHAIN_LAW:
-            value = getattr(self.template.contacts[at], entry)
-            return None if value is None or isinstance(value, Law) else float(value)
-        part = chain["links"] if entry.startswith("link_") else chain["subsystems"]
-        return float(getattr(part[at], entry.removeprefix("link_")))
 
     @cached_property
     def template(self) -> Scene:
@@ -368,10 +355,11 @@ class Family:
 
     def compile(self, names: Sequence[str]) -> _core.Family:
         """Return a scene or chain in compiled code: rows of numbers, in the order of `names`, to scenes."""
-        slots = [self.slot(name)[:2] for name in names]
         following = [contact.static_friction is None for contact in self.template.contacts]
         if isinstance(self.model, Scene):
-            return _core.Family.of_scene(self.model.core, slots, following)
+            places = [number_of(self.model, name).core_place(self.model) for name in names]
+            return _core.Family.of_scene(self.model.core, places, following)
+        slots = [self.slot(name)[:2] for name in names]
         chain, scene = self._chain, self.template
         return _core.Family.of_chain(
             models.chain_columns(chain["subsystems"], chain["links"]),
@@ -388,11 +376,16 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     scene = function(**arguments)
     if not isinstance(scene, Scene):
         raise InputError(f"model: expected a function that returns a Scene, got {described(scene)}")
-    loads = load_parameters(scene.loads, scene.contacts)
-    for name in law:
-        if name not in loads:
-            check_laws_kept(scene.contacts, *law_entry(scene.contacts, name), law[name])
-    return scene.replace(**law) if law else scene
+    return _changed(scene, law)
+
+
+def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """Return a scene with other numbers; those that are factors become the arguments that they scale."""
+    numbers = checked_numbers(scene, values)
+    factors = {number: value for number, value in numbers.items() if number.field in FACTORS}
+    scaled = changed_parts(scene, factors, "parameters")
+    others = {number.name: value for number, value in numbers.items() if number not in factors}
+    return scene.replace(**scaled, **others) if values else scene
 
 
 def _is_number(value: Any) -> bool:

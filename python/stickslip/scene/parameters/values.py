@@ -17,13 +17,7 @@ SceneAt = Callable[[float], Scene]
 
 
 def checked_parameters(model: Any, parameters: Any) -> dict[str, Any]:
-    """Return the parameters that a call takes, as given.
-
-    Raises
-    ------
-    InputError
-        If they are no mapping, a name is unknown, or two names set the same number.
-    """
+    """Return the parameters that a call takes, as given."""
     if not isinstance(parameters, Mapping):
         raise InputError(
             f"parameters: expected values by name, such as {{'friction': ...}}, got {described(parameters)}"
@@ -33,13 +27,7 @@ def checked_parameters(model: Any, parameters: Any) -> dict[str, Any]:
 
 
 def axis(name: str, value: Any) -> Real:
-    """Return the values of a parameter, (k,).
-
-    Raises
-    ------
-    InputError
-        If there is none, or one is not finite.
-    """
+    """Return the values of a parameter, (k,)."""
     values = real_array(name, value, 1)
     if values.size == 0 or not np.isfinite(values).all():
         raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
@@ -47,13 +35,7 @@ def axis(name: str, value: Any) -> Real:
 
 
 def divided(model: Any, parameters: Any) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return the parameters with several values, and those with one number.
-
-    Raises
-    ------
-    InputError
-        As `checked_parameters`, or if a value is no number.
-    """
+    """Return the parameters with several values, and those with one number."""
     given = checked_parameters(model, parameters)
     several = {name: value for name, value in given.items() if np.ndim(value) > 0}
     fixed = {name: real_number(name, value) for name, value in given.items() if name not in several}
@@ -61,13 +43,7 @@ def divided(model: Any, parameters: Any) -> tuple[dict[str, Any], dict[str, floa
 
 
 def interval(name: str, value: Any) -> tuple[float, float]:
-    """Return a parameter range given as (lower, upper).
-
-    Raises
-    ------
-    InputError
-        If it is not two finite numbers, the first below the second.
-    """
+    """Return a parameter range given as (lower, upper)."""
     try:
         lower, upper = value
     except (TypeError, ValueError):
@@ -79,13 +55,7 @@ def interval(name: str, value: Any) -> tuple[float, float]:
 
 
 def along(model: Model, parameters: Any) -> tuple[str, Real, SceneAt]:
-    """Return name and values of the one parameter given as an array, and the scene at a value.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one array, or a value is not finite.
-    """
+    """Return name and values of the one parameter given as an array, and the scene at a value."""
     arrays, fixed = divided(model, parameters)
     if len(arrays) != 1:
         raise InputError(f"parameters: expected exactly one with an array of values, got {list(arrays)}")
@@ -95,13 +65,7 @@ def along(model: Model, parameters: Any) -> tuple[str, Real, SceneAt]:
 
 
 def between(model: Model, parameters: Any) -> tuple[str, float, float, SceneAt]:
-    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one pair of two finite values.
-    """
+    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value."""
     name, ends, scene_at = along(model, parameters)
     if ends.size != 2 or ends[0] == ends[1]:
         raise InputError(f"{name}: expected (begin, end) of the branch, got {ends.tolist()}")

@@ -55,7 +55,7 @@ class Layout:
 
     columns: tuple[Column, ...]
     sizes: dict[str, tuple[int, ...]]
-    coords: dict[str, tuple[str, Any]]
+    coords: dict[str, tuple[str, Any, dict[str, str]]]
     size: int
     identity: dict[str, Any]
     machine: dict[str, Any]
@@ -201,7 +201,7 @@ class ZarrStore(Store):
         try:
             labels = {
                 name: (dim, np.asarray(values, dtype=object))
-                for name, (dim, values) in layout.coords.items()
+                for name, (dim, values, _) in layout.coords.items()
                 if np.asarray(values).dtype.kind in "UO"
             }
             frame = layout.frame.assign_coords(labels).assign_attrs({FORMAT_KEY: FORMAT_VERSION, STORE: True})
@@ -254,7 +254,7 @@ class ZarrStore(Store):
 
     def _compare_design(self, group: Any) -> None:
         """Refuse other values of the parameters: another version of a package may draw other numbers."""
-        for name, (dim, ours) in self.layout.coords.items():
+        for name, (dim, ours, _) in self.layout.coords.items():
             if dim != "sample":
                 continue
             theirs = group[name][:]

@@ -103,7 +103,7 @@ class Evaluation:
     def columns(self, rows: Real, threads: int | None) -> Columns:
         """Return the outputs of samples (k, parameters), each (k, ...)."""
         functions = bool(self.outputs.own)
-        if self.family.compiled and not functions:
+        if self.family.compiled(self.names) and not functions:
             return self._named((self._compiled, np.ascontiguousarray(rows)), threads)
         scenes, failures = [], []
         for row in rows:

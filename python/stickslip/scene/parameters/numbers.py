@@ -1,0 +1,392 @@
+"""Every number of a scene by its name: whose it is, how it is read and set, and its unit."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+
+from stickslip.faults import InputError
+from stickslip.scene.contact import (
+    LAW,
+    OF_LAW,
+    SPRINGS,
+    Contact,
+    concerns,
+    contact_labels,
+    law_number,
+    nearest,
+    with_law_number,
+)
+from stickslip.scene.laws.damping import Rayleigh
+from stickslip.scene.laws.friction import Law
+from stickslip.scene.loads.in_time import Harmonic, Switched
+from stickslip.scene.loads.of_scene import load_names, vibration_name
+
+#: What a scene is made of that has no name for each of its numbers: a parameter is a factor on what it has.
+FACTORS = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
+#: Coefficients of `Rayleigh` damping.
+COEFFICIENTS = {"damping_mass": "mass", "damping_stiffness": "stiffness"}
+#: What numbers of loads are called, after the name of the load; those of a switched one with a place.
+WAVE, SWITCHED = ("amplitude", "frequency", "phase"), ("times", "values")
+#: Units by field; an amplitude of a slider is a speed.
+UNITS = {
+    "friction": "1",
+    "friction_friction": "1",
+    "friction_mu0": "1",
+    "friction_slope": "s/m",
+    "friction_static": "1",
+    "friction_kinetic": "1",
+    "friction_speed": "m/s",
+    "friction_viscous": "s/m",
+    "static_friction": "1",
+    "slider_speed": "m/s",
+    "restitution": "1",
+    "gap": "m",
+    "normal_force": "N",
+    "normal_stiffness": "N/m",
+    "tangential_stiffness": "N/m",
+    "amplitude": "N",
+    "frequency": "Hz",
+    "phase": "rad",
+    "times": "s",
+    "values": "1",
+    "damping_mass": "1/s",
+    "damping_stiffness": "s",
+    **dict.fromkeys(FACTORS, "1"),
+}
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a scene, or the same field of all contacts.
+
+    Attributes
+    ----------
+    name
+        What a user calls it.
+    owner
+        Whose it is: a contact's, a load's, that of a slider that vibrates, or the scene's own.
+    field
+        The attribute of its owner, or an entry of `FACTORS` or `COEFFICIENTS`.
+    places
+        The indices of the owners.
+    joint
+        Whether it is the field of all contacts, so that it also takes one value per contact.
+    """
+
+    name: str
+    owner: Literal["contact", "load", "slider", "scene"]
+    field: str
+    places: tuple[int, ...] = ()
+    joint: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        stem = _entry(self.field)[0]
+        return "m/s" if (self.owner, stem) == ("slider", "amplitude") else UNITS.get(stem, "")
+
+    @property
+    def keys(self) -> set[tuple[str, str, int]]:
+        """What it sets, to find out whether two names set the same number."""
+        if self.field == "damping":
+            return {("scene", field, 0) for field in COEFFICIENTS}
+        return {(self.owner, self.field, k) for k in self.places or (0,)}
+
+    def get(self, scene: Any) -> Any:
+        """Return its value; None where contacts differ, or where it follows another number."""
+        if self.owner == "scene":
+            if self.field in FACTORS:
+                return 1.0
+            return getattr(scene.damping or Rayleigh(), COEFFICIENTS[self.field])
+        if self.owner == "contact":
+            return common([law_number(scene.contacts[k], self.field) for k in self.places])
+        return _of_wave(self.name, self.wave(scene), self.field)
+
+    def put(self, scene: SimpleNamespace, value: Any) -> None:
+        """Set it in the parts of a scene."""
+        if self.owner == "contact":
+            given = per_contact(self.name, value, len(scene.contacts) if self.joint else 1)
+            places = range(len(scene.contacts)) if self.joint and np.ndim(value) else self.places
+            if not places:
+                raise InputError(f"replace: no contact of the scene takes {self.name!r}")
+            for k in places:
+                one = given[k if self.joint else 0]
+                scene.contacts[k] = with_law_number(scene.contacts[k], self.field, one)
+        elif self.owner == "load":
+            load = scene.loads[self.places[0]]
+            scene.loads[self.places[0]] = _with_wave(self.name, load, self.field, value)
+        elif self.owner == "slider":
+            wave = _with_wave(self.name, self.wave(scene), self.field, value)
+            contact = scene.contacts[self.places[0]]
+            scene.contacts[self.places[0]] = dataclasses.replace(contact, slider_vibration=wave)
+        elif self.field in COEFFICIENTS:
+            damping = scene.damping or Rayleigh()
+            scene.damping = dataclasses.replace(damping, **{COEFFICIENTS[self.field]: value})
+        else:
+            setattr(scene, self.field, _scaled(getattr(scene, self.field), value))
+
+    def wave(self, scene: Any) -> Any:
+        """Return the load or vibration whose number it is."""
+        place = self.places[0]
+        return scene.loads[place] if self.owner == "load" else scene.contacts[place].slider_vibration
+
+    def core_place(self, scene: Any) -> tuple[str, int | None]:
+        """Return the field and the place under which the core knows it."""
+        if self.owner == "contact":
+            return self.field, None if self.joint else self.places[0]
+        place = self.places[0]
+        if self.owner == "slider":
+            vibrating = [k for k, one in enumerate(scene.contacts) if one.slider_vibration is not None]
+            return f"vibration_{self.field}", vibrating.index(place)
+        kind, (attribute, at) = type(scene.loads[place]), _entry(self.field)
+        before = [load for load in scene.loads[:place] if isinstance(load, kind)]
+        if at is not None:
+            return f"steps_{attribute}", at + sum(np.size(getattr(load, attribute)) for load in before)
+        if self.field == "amplitude":
+            _single_entry(self.name, scene.loads[place].amplitude)
+        return f"{'harmonic' if kind is Harmonic else 'steps'}_{self.field}", len(before)
+
+
+def number_of(scene: Any, name: str) -> Number:
+    """Return the number of a scene, or of the parts of one, that a name stands for."""
+    found = found_number(scene, name)
+    if found is None:
+        raise InputError(
+            f"{name}: a scene has no such parameter{nearest(name, known_names(scene))}; for others pass a"
+            " function from parameters to a Scene"
+        )
+    if found.field in SPRINGS and not any(concerns(found.field, scene.contacts[k]) for k in found.places):
+        raise InputError(f"{name}: a rigid contact has no {found.field} to vary; give it one")
+    return found
+
+
+def checked_numbers(scene: Any, values: Mapping[str, Any]) -> dict[Number, Any]:
+    """Return the values by what they set, none of the same number and none in place of a law."""
+    numbers = {number_of(scene, name): value for name, value in values.items()}
+    _check_apart(numbers, "parameters")
+    for number, value in numbers.items():
+        _check_laws_kept(scene.contacts, number, value)
+    return numbers
+
+
+def common(values: Sequence[Any]) -> Any:
+    """Return the value that all have, None where they differ."""
+    return values[0] if values and all(one == values[0] for one in values) else None
+
+
+def found_number(scene: Any, name: str) -> Number | None:
+    """Return the number that a name stands for; None if there is none."""
+    if (wave := load_numbers(scene).get(name)) is not None:
+        return wave
+    if name not in (*COEFFICIENTS, *FACTORS):
+        return _of_contacts(scene.contacts, name)
+    if name in _own_names(scene):
+        return Number(name, "scene", name)
+    if name in FACTORS:
+        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}")
+    raise InputError(
+        f"{name}: the damping of the scene is a matrix, which has no coefficients; vary 'damping', a factor "
+        "on it, or make the scene with damping=Rayleigh(...)"
+    )
+
+
+def _own_names(scene: Any) -> list[str]:
+    """Return the names of the numbers that belong to the scene as a whole."""
+    factors = [name for name in FACTORS if getattr(scene, name) is not None]
+    if not np.any(scene.force):
+        factors.remove("force")
+    return [*(COEFFICIENTS if isinstance(scene.damping, Rayleigh | None) else ()), *factors]
+
+
+def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
+    fields = (*_laws(contacts), *LAW)
+    if name in fields:
+        concerned = tuple(k for k, contact in enumerate(contacts) if concerns(name, contact))
+        return Number(name, "contact", name, concerned, joint=True)
+    # A contact whose name is a number goes before the contact of that index.
+    labels = {str(k): k for k in range(len(contacts))}
+    labels |= {str(label): k for k, label in enumerate(contact_labels(contacts))}
+    for field in reversed(fields):
+        place = labels.get(name.removeprefix(f"{field}_")) if name.startswith(f"{field}_") else None
+        if place is not None and (field in LAW or concerns(field, contacts[place])):
+            return Number(name, "contact", field, (place,))
+    return None
+
+
+def _laws(contacts: Sequence[Contact]) -> list[str]:
+    """Return the numbers of laws of friction by the names of parameters."""
+    laws = [one.friction for one in contacts if isinstance(one.friction, Law)]
+    return list(dict.fromkeys(f"{OF_LAW}{parameter}" for law in laws for parameter in law.parameters()))
+
+
+def known_names(scene: Any) -> list[str]:
+    """Return the names of the numbers of a scene, those of all contacts first."""
+    fields = [*LAW, *_laws(scene.contacts)]
+    labels = dict.fromkeys([*map(str, range(len(scene.contacts))), *map(str, contact_labels(scene.contacts))])
+    single = [f"{field}_{label}" for field in fields for label in labels]
+    return [*fields, *load_numbers(scene), *COEFFICIENTS, *FACTORS, *single]
+
+
+def load_numbers(scene: Any) -> dict[str, Number]:
+    """Return every number of loads in time and of sliders that vibrate, by name."""
+    found = {}
+    for k, (name, load) in enumerate(zip(load_names(scene.loads), scene.loads, strict=True)):
+        places = [f"{field}_{j}" for field in SWITCHED for j in range(np.size(getattr(load, field, ())))]
+        for field in WAVE if isinstance(load, Harmonic) else (WAVE[0], *places):
+            found[f"{name}_{field}"] = Number(f"{name}_{field}", "load", field, (k,))
+    for k, contact in enumerate(scene.contacts):
+        for field in WAVE if contact.slider_vibration is not None else ():
+            name = f"{vibration_name(scene.contacts, k)}_{field}"
+            found[name] = Number(name, "slider", field, (k,))
+    return found
+
+
+def scene_numbers(scene: Any, laws: Iterable[str] = LAW) -> dict[str, float | None]:
+    """Return the numbers of a scene by the names of single parameters, of its contacts some fields.
+
+    The value is None where it follows another, as static friction does unless it is given.
+    """
+    several = len(scene.contacts) > 1
+    found: dict[str, float | None] = {}
+    for name in laws:
+        for k, contact in enumerate(scene.contacts):
+            if name in ("normal_force", *SPRINGS) and not concerns(name, contact):
+                continue
+            law = contact.friction if name == "friction" else None
+            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
+            for one in names:
+                found[f"{one}_{k}" if several else one] = law_number(contact, one)
+    for name, number in load_numbers(scene).items():
+        if number.field != "amplitude" or len(_entries(number.wave(scene).amplitude)) == 1:
+            found[name] = number.get(scene)
+    own = [name for name in _own_names(scene) if name != "damping" or not isinstance(scene.damping, Rayleigh)]
+    return found | {name: Number(name, "scene", name).get(scene) for name in own}
+
+
+def is_number_name(name: str) -> bool:
+    """Return whether a name may stand for a number of a scene that is not made yet."""
+    stem = name.rstrip("_0123456789")
+    return (
+        name in (*COEFFICIENTS, *FACTORS)
+        or any(stem.endswith(f"_{field}") for field in (*WAVE, *SWITCHED))
+        or any(name == field or name.startswith(f"{field}_") for field in LAW)
+    )
+
+
+def unit_of_name(name: str) -> str:
+    """Return the unit of a number of a scene that is not made yet; empty where it cannot be known."""
+    fields = [field for field in UNITS if name == field or name.startswith(f"{field}_")]
+    stem = name.rstrip("_0123456789").rpartition("_")[2]
+    # The amplitude of a load is a force, that of a slider a speed.
+    return UNITS[max(fields, key=len)] if fields else UNITS.get(stem, "") if stem != "amplitude" else ""
+
+
+def changed_parts(scene: Any, numbers: Mapping[Number, Any], call: str) -> dict[str, Any]:
+    """Return the arguments of a scene that change where some of its numbers do."""
+    _check_apart(numbers, call)
+    parts = SimpleNamespace(**{name: getattr(scene, name) for name in FACTORS})
+    parts.contacts, parts.loads = list(scene.contacts), list(scene.loads)
+    for number, value in numbers.items():
+        number.put(parts, value)
+    owners = {"contact": "contacts", "slider": "contacts", "load": "loads"}
+    names = {owners.get(one.owner, "damping" if one.field in COEFFICIENTS else one.field) for one in numbers}
+    return {name: getattr(parts, name) for name in names}
+
+
+def _check_apart(numbers: Iterable[Number], call: str) -> None:
+    """Refuse two names of the same number."""
+    setting: dict[tuple[str, str, int], str] = {}
+    for number in numbers:
+        for key in number.keys:
+            if key in setting:
+                raise InputError(f"{call}: {number.name!r} and {setting[key]!r} set the same number")
+            setting[key] = number.name
+
+
+def _check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.0) -> None:
+    """Refuse a number as friction of a contact whose friction is a law over slip speed."""
+    if (number.owner, number.field) != ("contact", "friction") or isinstance(value, Law | Mapping):
+        return
+    for k in number.places:
+        law = contacts[k].friction
+        if isinstance(law, Law) and law.data() is not None:
+            suffix = f"_{k}" if len(contacts) > 1 else ""
+            numbers = ", ".join(f"{OF_LAW}{name}{suffix}" for name in law.parameters())
+            known = f"; its numbers are {numbers}" if numbers else "; a table has no numbers to vary"
+            raise InputError(
+                f"friction: a number would replace the law of contact {contact_labels(contacts)[k]}, "
+                f"{law.law} over slip speed{known}; scene.replace(friction=...) gives a scene without the law"
+            )
+
+
+def per_contact(argument: str, value: Any, count: int) -> list[Any]:
+    """Return a scalar, or a sequence of one value per contact, as a list of one value per contact."""
+    if isinstance(value, str):
+        raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
+    if isinstance(value, Mapping):  # the table of a law
+        return [value] * count
+    try:
+        values = list(value)
+    except TypeError:
+        return [value] * count
+    if len(values) != count:
+        raise InputError(
+            f"{argument}: expected a scalar or one value per contact ({count}), got {len(values)}: {value!r}"
+        )
+    return values
+
+
+def _scaled(part: Any, factor: Any) -> Any:
+    if isinstance(part, Rayleigh):
+        return Rayleigh(factor * part.mass, factor * part.stiffness)
+    return factor * part
+
+
+def _entry(field: str) -> tuple[str, int | None]:
+    """Return the attribute of a field, and the place in it; None: all of it."""
+    attribute, _, place = field.rpartition("_")
+    return (attribute, int(place)) if attribute in SWITCHED else (field, None)
+
+
+def _entries(amplitude: Any) -> list[Any]:
+    """Return the keys of the entries that an amplitude has; of a number one."""
+    if not np.ndim(amplitude) and not isinstance(amplitude, Mapping):
+        return [None]
+    entries = amplitude if isinstance(amplitude, Mapping) else dict(enumerate(np.asarray(amplitude)))
+    return [key for key, entry in entries.items() if entry or isinstance(amplitude, Mapping)]
+
+
+def _single_entry(name: str, amplitude: Any) -> Any:
+    """Return the key of the one entry that an amplitude has."""
+    keys = _entries(amplitude)
+    if len(keys) != 1:
+        raise InputError(f"{name}: the load acts on {len(keys)} dofs, and has no one amplitude")
+    return keys[0]
+
+
+def _of_wave(name: str, wave: Harmonic | Switched, field: str) -> Any:
+    """Return a number of a load or vibration."""
+    attribute, at = _entry(field)
+    value = getattr(wave, attribute)
+    if at is not None:
+        return value[at]
+    key = _single_entry(name, value) if field == "amplitude" else None
+    return value if key is None else value[key]
+
+
+def _with_wave(name: str, wave: Any, field: str, value: Any) -> Any:
+    """Return a load or vibration with another number."""
+    attribute, at = _entry(field)
+    key = _single_entry(name, wave.amplitude) if field == "amplitude" else at
+    if key is not None:
+        whole = getattr(wave, attribute)
+        entries: Any = dict(whole) if isinstance(whole, Mapping) else list(whole)
+        entries[key] = value
+        value = {key: value} if isinstance(whole, Mapping) else entries
+    return dataclasses.replace(wave, **{attribute: value})
