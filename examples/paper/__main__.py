@@ -117,7 +117,6 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     from stickslip.locus.critical import critical_points
     from stickslip.locus.sweep import sweep
     from stickslip.modes.complex_modes import complex_modes
-    from stickslip.scene.known import COLUMNS
     from stickslip.scene.models import two_subsystems
     from stickslip.show.style import save
 
@@ -149,7 +148,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     for name, figure in drawn.items():
         save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
-    growing.plot.animate(leading, columns=COLUMNS).save(animation, writer="pillow")
+    growing.plot.animate(leading).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]
 
 

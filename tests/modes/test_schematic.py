@@ -52,8 +52,9 @@ def test_no_two_bodies_stand_in_one_place():
 
 
 def test_no_spring_hides_behind_a_body_or_another_spring():
-    # Of another damping, so that it is not the model whose places are known.
-    drawing = schematic(ss.models.two_subsystems(damping=2e-4))
+    # With contacts of its own it is not the model, whose places are known.
+    model = ss.models.two_subsystems()
+    drawing = schematic(model.replace(contacts=model.contacts))
     places = np.array([(body.x, body.y) for body in drawing.bodies])
     for a, b, _ in drawing.springs:
         along = places[b] - places[a]

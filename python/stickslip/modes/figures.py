@@ -18,7 +18,6 @@ from stickslip.scene.checks import Complex, Flags, Real, described, shown_status
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest
 from stickslip.scene.drawing.schematic import Column, Schematic, schematic, structure
-from stickslip.scene.known import known_of
 from stickslip.scene.scene import Scene
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE
@@ -190,7 +189,7 @@ class ModesPlots(Plots[Computed]):
         title = f"mode {mode}: {modes.described(mode)}"
         if modes.scene.mesh is not None and modes.scene.mesh.faces():
             return draw_mesh(modes.scene, modes.shapes[:, mode], None, title, ax)
-        axes, drawing = axes_of(ax), schematic(modes.scene, columns or known_of(modes.scene).columns)
+        axes, drawing = axes_of(ax), schematic(modes.scene, columns)
         motion = self._moving(axes, drawing, mode)
         draw_moved(axes, drawing, motion.real, self._colour(mode))
         return axes
@@ -258,7 +257,7 @@ class ModesPlots(Plots[Computed]):
         """
         count, mode = whole_number("frames", frames, 2), self._number(number)
         scene = self._result.scene
-        drawing = structure(scene, columns or known_of(scene).columns)
+        drawing = structure(scene, columns)
         wide = 6.4 if drawing.faces else 2.2 + 1.3 * max(body.x for body in drawing.bodies)
         figure = Figure(figsize=(max(wide, 4.0), 3.6), layout="constrained")
         axes: Axes = figure.subplots()

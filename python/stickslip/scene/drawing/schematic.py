@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -45,6 +46,10 @@ class Structured(Protocol):
     @property
     def mesh(self) -> Mesh | None:
         """Where the dofs lie."""
+
+    @property
+    def model(self) -> partial[Any] | None:
+        """The model function with the arguments that it was made of."""
 
     def contact_labels(self) -> list[int] | list[str]:
         """Return the names of the contacts."""
@@ -169,8 +174,9 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     scene
         The scene.
     columns
-        The masses of a scene whose places are known, see `Known`; if none are given, the matrices decide.
+        The masses; if none are given, the model that made the scene or its matrices decide.
     """
+    columns = columns or masses(scene)
     bodies = _known(columns) if columns else _found(scene)
     size = len(scene.dofs)
     owner = np.full(size, -1)
@@ -202,6 +208,15 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
         tuple(walls.items()),
         int((owner < 0).sum()),
     )
+
+
+def masses(scene: Structured) -> Sequence[Column]:
+    """Return the masses of the model of two subsystems, whose places are known; of any other scene none."""
+    model = scene.model
+    if model is None or model.func.__name__ != "two_subsystems":
+        return ()
+    left, right = np.broadcast_to(model.keywords.get("inclination", (0.3, 0.75)), 2).tolist()
+    return Column(("m1", 0, 1), ("m2", 2, 3), left), Column(("m3", 4, 5), ("m4", 6, 7), right)
 
 
 def structure(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
