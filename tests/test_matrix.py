@@ -155,7 +155,7 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "modes in a file": lambda kind, folder: back(kind.modes.to_dataset(), folder),
     "modes drawn": lambda kind, _: (kind.modes.plot(), kind.modes.plot.structure(0)),
     "mode shapes": lambda kind, _: kind.modes.plot.shapes(),
-    "mode power": lambda kind, _: ss.mode_power(kind.scene),
+    "mode power": lambda kind, _: ss.complex_modes(kind.scene).power(),
     "mode selection": lambda kind, _: ss.mode_selection(kind.scene, [1e-4], phases=2),
     "status table": lambda kind, _: told(ss.status_table(kind.scene)),
     "reduction": lambda kind, _: repr(ss.equations_of(kind.scene, kind.start.combination)),

@@ -35,7 +35,7 @@ def small(**changes):
         ),
         # names
         (lambda: START.perturbed(velocity={"X1": 1e-3}), "velocity: unknown dof 'X1'; nearest: x1"),
-        (lambda: ss.modes.orbit(ss.complex_modes(SCENE), 0, ["x11"]), "unknown dof 'x11'; nearest: x1"),
+        (lambda: ss.complex_modes(SCENE).orbit(0, ["x11"]), "unknown dof 'x11'; nearest: x1"),
         (
             lambda: small(contacts=[ss.Contact(tangential="y", normal=1, friction=0.5)]),
             "contact 0: tangential: unknown dof 'y'; known: x1, x2",

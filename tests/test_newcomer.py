@@ -51,10 +51,13 @@ def test_forty_calls(tmp_path):
     (squeal,) = modes.select(band=(0, 2e3), unstable=True)
     assert modes[squeal.number].frequency == squeal.frequency
     quiet = ss.complex_modes(brake(friction=1.4))
-    assert (ss.modes.pairing(modes, quiet).mac > 0.9).all()
-    assert ss.modes.orbit(modes, squeal.number).sizes["dof"] == 8
-    assert ss.modes.phase_lag(modes, "x1", "x2").size == len(modes)
-    assert abs(ss.mode_power(scene).residual).max() < 1e-6 * abs(ss.mode_power(scene).damping_power).max()
+    assert (modes.pairing(quiet).mac > 0.9).all()
+    assert modes.orbit(squeal.number).sizes["dof"] == 8
+    assert modes.phase_lag("x1", "x2").size == len(modes)
+    assert (
+        abs(ss.complex_modes(scene).power().residual).max()
+        < 1e-6 * abs(ss.complex_modes(scene).power().damping_power).max()
+    )
     assert len(ss.status_table(scene, ["++", "+s"]).data.combination) == 2
     assert ss.equations_of(scene, "ss").mass.shape == (4, 4)
 

@@ -80,11 +80,11 @@ assert_type(ss.sensitivity(scene, entries="mass"), xr.Dataset)
 assert_type(start.contact_forces(scene), xr.Dataset)
 assert_type(ss.equations_of(scene, "+"), ss.types.Reduced)
 assert_type(ss.status_table(scene), ss.types.StatusTable)
-assert_type(ss.mode_power(scene), xr.Dataset)
+assert_type(ss.complex_modes(scene).power(), xr.Dataset)
 assert_type(modes[0], ss.types.Mode)
 assert_type([mode.frequency for mode in modes.select(band=(0.0, 2e3), unstable=True)], list[float])
-assert_type(ss.modes.mac(modes, modes), xr.DataArray)
-assert_type(ss.modes.pairing(modes, modes), xr.Dataset)
+assert_type(modes.mac(modes), xr.DataArray)
+assert_type(modes.pairing(modes), xr.Dataset)
 assert_type(modes.to_dataset(), xr.Dataset)
 assert_type(modes.plot(), Axes)
 assert_type(run.events[0], ss.types.Event)
@@ -135,7 +135,7 @@ WRONG = {
     "ss.sweep(scene, [1.0])": "incompatible type",
     "run.events[0].contcat": "has no attribute",
     "ss.types.Motoin": "has no attribute",
-    'ss.modes.mac(scene, "+")': "incompatible type",
+    "modes.mac(scene)": "incompatible type",
 }
 
 

@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, fe, modes, plot, study, types
+from . import errors, fe, plot, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
@@ -19,7 +19,6 @@ from .locus.stability import stability
 from .locus.sweep import sweep
 from .modes.complex_modes import complex_modes
 from .modes.modes import Modes
-from .modes.shape import mode_power
 from .modes.status_table import status_table
 from .motion.energy import Balance
 from .report import write_report
@@ -69,10 +68,8 @@ __all__ = [
     "friction",
     "load",
     "modal_energy",
-    "mode_power",
     "mode_selection",
     "models",
-    "modes",
     "plot",
     "save",
     "sensitivity",

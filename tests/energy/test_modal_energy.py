@@ -38,9 +38,9 @@ def test_the_matrices_of_a_scene_come_back_from_the_core(mass, damping):
 def check_growth(scene, combination):
     """contact - damping = 2 Re(lambda) energy for every mode, to rounding of powers and eigenvalue.
 
-    Contact power by Coulomb's law on the normal forces; `mode_power` takes it from the equation of motion.
+    Contact power by Coulomb's law on the normal forces; `Modes.power` takes it from the equation of motion.
     """
-    power, modes = ss.mode_power(scene, combination), ss.complex_modes(scene, combination)
+    power, modes = ss.complex_modes(scene, combination).power(), ss.complex_modes(scene, combination)
     structure = Structure.of(scene)
     slip = structure.directions[:, ::2].T @ (modes.eigenvalues * modes.shapes)
     mean = np.where(modes.eigenvalues.imag == 0.0, 1.0, 0.5)
@@ -70,7 +70,7 @@ def test_growth_is_power_in_any_scene(drawn, data):
 
 def test_contact_power_alone_has_not_the_sign_of_the_growth():
     scene = ss.models.two_subsystems(friction=0.65, slider_speed=0.025, preload_displacement=1e-3)
-    power = ss.mode_power(scene)
+    power = ss.complex_modes(scene).power()
     least = int(np.argmax(power.eigenvalue.values.real))
     contact = float(power.contact_power.sum("contact")[least] / power.energy[least])
     damping = float(power.damping_power[least] / power.energy[least])

@@ -8,7 +8,7 @@ MODES = ss.complex_modes(SCENE)
 
 
 def test_a_mode_is_like_itself_and_its_multiples():
-    alike = ss.modes.mac(MODES, MODES)
+    alike = MODES.mac(MODES)
     assert alike.dims == ("first", "second")
     assert (alike.first.to_numpy() == np.flatnonzero(MODES.eigenvalues.imag >= 0.0)).all()
     assert np.diag(alike) == pytest.approx(1.0, rel=1e-14)
@@ -29,7 +29,7 @@ def springs(stiffness, dofs=None):
 def test_pairs_follow_the_shape_where_frequencies_pass_each_other():
     before = ss.complex_modes(springs([1.0, 4.0, 9.0]), "")
     after = ss.complex_modes(springs([5.0, 4.0, 9.0]), "")
-    found = ss.modes.pairing(before, after)
+    found = before.pairing(after)
     assert found.first.to_numpy().tolist() == [0, 2, 4]
     assert found.second.to_numpy().tolist() == [2, 0, 4]
     assert found.mac.to_numpy() == pytest.approx(1.0)
@@ -39,14 +39,16 @@ def test_pairs_follow_the_shape_where_frequencies_pass_each_other():
 def test_scenes_of_other_sizes_are_compared_by_the_dofs_they_share():
     small = ss.complex_modes(springs([4.0, 9.0], dofs=["b", "c"]), "")
     large = ss.complex_modes(springs([1.0, 4.0, 9.0], dofs=["a", "b", "c"]), "")
-    found = ss.modes.pairing(large, small)
+    found = large.pairing(small)
     assert list(zip(found.first.to_numpy(), found.second.to_numpy(), strict=True)) == [(2, 0), (4, 2)]
     # The mode of mass a moves neither b nor c.
-    assert np.isnan(ss.modes.mac(large, small).sel(first=0)).all()
-    with pytest.raises(ss.InputError, match="expected a dof that a has too, such as 'x1', got 'b'"):
-        ss.modes.mac(MODES, small)
-    with pytest.raises(ss.InputError, match=r"a: expected Modes, got Scene.*complex_modes"):
-        ss.modes.mac(SCENE, MODES)
+    assert np.isnan(large.mac(small).sel(first=0)).all()
+    with pytest.raises(
+        ss.InputError, match="other: expected a dof that these modes have, such as 'x1', got 'b'"
+    ):
+        MODES.mac(small)
+    with pytest.raises(ss.InputError, match=r"other: expected Modes, got Scene.*complex_modes"):
+        MODES.mac(SCENE)
 
 
 def test_modes_are_selected_by_band_and_stability():

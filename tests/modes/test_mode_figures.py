@@ -110,7 +110,7 @@ def test_orbits_show_the_motion():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     mode = int(np.argmax(modes.eigenvalues.real))
     figure = modes.plot.orbits(mode, MASSES)
-    motion = ss.modes.orbit(modes, mode, ("x1", "x2"))
+    motion = modes.orbit(mode, ("x1", "x2"))
     assert figure.axes[0].lines[0].get_xydata() == pytest.approx(motion.to_numpy())
     assert "grows" in figure.get_suptitle()
     assert [axes.get_title() for axes in figure.axes] == ["m1", "m3"]

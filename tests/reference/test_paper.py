@@ -130,7 +130,7 @@ def test_orbits_in_the_axes_of_the_reader():
         path = curves(drawn(4).axes[index])[0].get_xydata()
         assert path[:, 1] == pytest.approx(np.tan(inclination) * path[:, 0], abs=1e-12)
     modes = ss.complex_modes(ss.models.two_subsystems())
-    spiral = ss.modes.orbit(modes, int(np.argmax(modes.eigenvalues.real)), ("x1", "x2"))
+    spiral = modes.orbit(int(np.argmax(modes.eigenvalues.real)), ("x1", "x2"))
     assert curves(drawn(4).axes[0])[0].get_xydata() == pytest.approx(spiral.to_numpy(), abs=1e-12)
 
 

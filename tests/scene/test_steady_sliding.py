@@ -33,7 +33,7 @@ def test_the_default_is_the_combination_of_steady_sliding():
     assert modes.combination == ss.steady_sliding(scene).combination == "--"
     assert not modes.unstable.any()
     assert ss.complex_modes(scene, "++").unstable.any()
-    assert (ss.mode_power(scene).eigenvalue.to_numpy() == modes.eigenvalues).all()
+    assert (ss.complex_modes(scene).power().eigenvalue.to_numpy() == modes.eigenvalues).all()
     assert (ss.sensitivity(scene).eigenvalue.to_numpy() == modes.eigenvalues).all()
 
 

@@ -221,7 +221,7 @@ def test_multipliers_of_a_cycle():
 
 
 def test_mean_powers_of_modes_tell_their_growth():
-    power = ss.mode_power(drum_brake(0.35))
+    power = ss.complex_modes(drum_brake(0.35)).power()
     assert float(power.circulatory_power[0]) > float(power.damping_power[0]) > 0.0
     assert (np.abs(power.residual) <= 1e-12 * power.damping_power).all()
 

@@ -27,3 +27,7 @@ __all__ = [
     "ring",
     "write_vtu",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

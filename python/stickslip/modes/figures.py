@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 from matplotlib.animation import FuncAnimation
@@ -13,12 +12,12 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.faults import InputError
+from stickslip.modes.computed import Computed
 from stickslip.modes.spiral import spiral
-from stickslip.scene.checks import Complex, Flags, Real, described, shown_statuses, whole_number
+from stickslip.scene.checks import Complex, described, shown_statuses, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest
 from stickslip.scene.drawing.schematic import Column, Schematic, schematic, structure
-from stickslip.scene.scene import Scene
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -28,41 +27,6 @@ MOST, NAMED, LABELLED = 9, 24, 24
 
 #: Masses as name: (abscissa, ordinate), two dofs each.
 Masses = Mapping[str, tuple[int | str, int | str]]
-
-
-class Computed(Protocol):
-    """What can be drawn as modes: `Modes`."""
-
-    @property
-    def combination(self) -> str:
-        """The status combination."""
-
-    @property
-    def eigenvalues(self) -> Complex:
-        """lambda, (m,), 1/s."""
-
-    @property
-    def frequencies(self) -> Real:
-        """``|lambda| / 2 pi``, (m,), Hz."""
-
-    @property
-    def unstable(self) -> Flags:
-        """Whether a mode grows, (m,)."""
-
-    @property
-    def shapes(self) -> Complex:
-        """Displacements, (n, m)."""
-
-    @property
-    def dofs(self) -> tuple[str, ...]:
-        """Names of the dofs."""
-
-    @property
-    def scene(self) -> Scene:
-        """The scene."""
-
-    def described(self, mode: int) -> str:
-        """Return frequency and growth in words."""
 
 
 class ModesPlots(Plots[Computed]):

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Flags, Index, Matrix, Real, real_array, shown_statuses
+from stickslip.scene.checks import Complex, Flags, Index, Matrix, Real, described, real_array, shown_statuses
 from stickslip.scene.scene import Scene
 from stickslip.show.summary import Shown, Summary, Table
 
@@ -241,6 +241,148 @@ class Modes(Shown):
 
         return ModesPlots(self)
 
+    def mac(self, other: Modes) -> xr.DataArray:
+        """Return the modal assurance criterion of every mode with every mode of another set.
+
+        ``MAC = |x* y|^2 / (x* x) (y* y)`` over the displacements x, y of the dofs that both have, by their
+        names (Allemang and Brown 1982): 1 where one shape is a complex multiple of the other, 0 where they
+        are orthogonal.
+
+        Parameters
+        ----------
+        other
+            Modes of the same scene or of another, such as a reduced model.
+
+        Returns
+        -------
+        xarray.DataArray
+            (first, second), one of each conjugate pair, by the numbers of the modes; nan where a mode does
+            not move these dofs.
+
+        Raises
+        ------
+        InputError
+            If `other` is no `Modes`, or no dof is common to both.
+        """
+        from stickslip.modes.comparison import mac
+
+        return mac(self, _modes(other))
+
+    def pairing(self, other: Modes) -> xr.Dataset:
+        """Return which mode is which of another set: the pairs whose MAC values have the largest sum.
+
+        No mode is in two pairs; as many pairs are formed as the smaller set has modes, one of each conjugate
+        pair (Kuhn 1955, by `scipy.optimize.linear_sum_assignment`).
+
+        Parameters
+        ----------
+        other
+            Modes of the same scene or of another.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``pair``: the numbers ``first`` and ``second`` of the modes, ``mac``, ``shift`` of the
+            frequency, Hz; over (pair, side) ``frequency``, Hz, and ``eigenvalue``, 1/s.
+
+        Raises
+        ------
+        InputError
+            As `mac`.
+        """
+        from stickslip.modes.comparison import pairing
+
+        return pairing(self, _modes(other))
+
+    def orbit(
+        self,
+        number: int,
+        dofs: Sequence[int | str] | None = None,
+        *,
+        periods: float = 3.0,
+        samples: int = 601,
+    ) -> xr.DataArray:
+        """Return the motion of a mode, ``x(t) = Re(shape e^{lambda t})``: a spiral that grows or decays.
+
+        Parameters
+        ----------
+        number
+            Number of the mode.
+        dofs
+            Names or indices of dofs; None: all.
+        periods
+            Length in periods ``2 pi / |Im lambda|``, or in time constants ``1 / |lambda|`` if lambda is real.
+        samples
+            Number of instants, the first at 0.
+
+        Returns
+        -------
+        xarray.DataArray
+            Displacement over ``time`` (s) and ``dof``; the largest one of the shape is 1.
+
+        Raises
+        ------
+        InputError
+            If there is no such mode or dof, or the eigenvalue is zero.
+        """
+        from stickslip.modes.shape import orbit
+
+        return orbit(self, number, dofs, periods, samples)
+
+    def phase_lag(self, leading: int | str, lagging: int | str) -> Real:
+        """Return by how much one dof lags another in every mode.
+
+        Parameters
+        ----------
+        leading, lagging
+            Dofs by name or index, such as tangential and normal displacement of one mass.
+
+        Returns
+        -------
+        array
+            ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not
+            move. A lag of 0 or pi is a straight orbit, any other lag an ellipse.
+
+        Raises
+        ------
+        InputError
+            If there is no such dof.
+        """
+        from stickslip.modes.shape import phase_lag
+
+        return phase_lag(self, leading, lagging)
+
+    def power(self) -> xr.Dataset:
+        """Return the power that every mode takes from contacts and loses to dampers.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``,
+            ``damping_power`` ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the
+            oscillation of ``Re(shape e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements
+            in m. For a real eigenvalue they are the values at t = 0 itself, without the factor 1/2.
+            ``circulatory_power`` ``-1/2 Re(u* H_a x)``, into the mode, comes from the skew part of the
+            circulatory forces, which has no potential (K above includes the symmetric part). ``residual``:
+            contact and circulatory power less damping power less ``2 Re(lambda)`` times energy; rounding
+            alone makes it differ from zero.
+
+        Raises
+        ------
+        InputError
+            If a contact is compliant or a dof of a contact has no mass.
+
+        Notes
+        -----
+        The normal forces follow from the equations of motion, ``(lambda^2 M + lambda C + K) x = sum_i (n_i
+        N_i + t_i T_i)``. Coulomb's law gives T of a contact that slides; a contact that sticks does no work.
+        ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T do no mean
+        work.
+        """
+        from stickslip.modes.shape import power
+
+        return power(self)
+
     def to_dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
 
@@ -330,3 +472,10 @@ def signed(value: float, digits: int) -> str:
     if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
         return f"{value:+.1e}"
     return f"{value + 0.0:+.{digits}f}"
+
+
+def _modes(other: Modes) -> Modes:
+    if not isinstance(other, Modes):
+        hint = "; complex_modes(scene) has its modes" if hasattr(other, "contacts") else ""
+        raise InputError(f"other: expected Modes, got {described(other)}{hint}")
+    return other

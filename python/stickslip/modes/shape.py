@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.modes.complex_modes import complex_modes
-from stickslip.modes.modes import Modes
+from stickslip.modes.computed import Computed
 from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
@@ -22,38 +21,9 @@ FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
 
 
 def orbit(
-    modes: Modes,
-    mode: int,
-    dofs: Sequence[int | str] | None = None,
-    *,
-    periods: float = 3.0,
-    samples: int = 601,
+    modes: Computed, mode: int, dofs: Sequence[int | str] | None, periods: float, samples: int
 ) -> xr.DataArray:
-    """Return the motion of a mode, ``x(t) = Re(shape e^{lambda t})``: spirals, growing where it is unstable.
-
-    Parameters
-    ----------
-    modes
-        Modes of a scene.
-    mode
-        Index into ``modes.eigenvalues``.
-    dofs
-        Names or indices of dofs; None: all.
-    periods
-        Length in periods ``2 pi / |Im lambda|``, or in time constants ``1 / |lambda|`` if lambda is real.
-    samples
-        Number of instants, the first at 0.
-
-    Returns
-    -------
-    xarray.DataArray
-        Displacement over ``time`` (s) and ``dof``; the largest one of the shape is 1.
-
-    Raises
-    ------
-    InputError
-        If there is no such mode or dof, or the eigenvalue is zero.
-    """
+    """Return what `Modes.orbit` does."""
     shape, eigenvalue = _shape(modes, mode)
     chosen = (
         list(range(len(modes.dofs))) if dofs is None else [dof_index("dofs", d, modes.dofs) for d in dofs]
@@ -69,27 +39,8 @@ def orbit(
     )
 
 
-def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
-    """Return by how much one dof lags another in every mode.
-
-    Parameters
-    ----------
-    modes
-        Modes of a scene.
-    leading, lagging
-        Dofs by name or index, such as tangential and normal displacement of one mass.
-
-    Returns
-    -------
-    array
-        ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not move.
-        A lag of 0 or pi is a straight orbit, any other lag an ellipse.
-
-    Raises
-    ------
-    InputError
-        If there is no such dof.
-    """
+def phase_lag(modes: Computed, leading: int | str, lagging: int | str) -> Real:
+    """Return what `Modes.phase_lag` does."""
     first, second = (
         modes.shapes[dof_index(name, dof, modes.dofs)]
         for name, dof in (("leading", leading), ("lagging", lagging))
@@ -100,38 +51,9 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
     return lag
 
 
-def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
-    """Return the power that every mode takes from contacts and loses to dampers.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
-        ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of ``Re(shape
-        e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m. For a real eigenvalue
-        they are the values at t = 0 itself, without the factor 1/2. ``circulatory_power`` ``-1/2 Re(u* H_a
-        x)``, into the mode, comes from the skew part of the circulatory forces, which has no potential (K
-        above includes the symmetric part). ``residual``: contact and circulatory power less damping power
-        less ``2 Re(lambda)`` times energy; rounding alone makes it differ from zero.
-
-    Notes
-    -----
-    The normal forces follow from the equations of motion, ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
-    t_i T_i)``. Coulomb's law gives T of a contact that slides; a contact that sticks does no work. ``v =
-    lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T do no mean work.
-    """
-    return power_of(scene, complex_modes(scene, combination))
-
-
-def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
-    """Return the result of `mode_power` for modes of a scene that are computed already."""
+def power(modes: Computed) -> xr.Dataset:
+    """Return what `Modes.power` does."""
+    scene = modes.scene
     structure = Structure.of(scene)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
@@ -170,7 +92,7 @@ def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
     )
 
 
-def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
+def mode_friction(structure: Structure, scene: Scene, modes: Computed) -> Complex:
     """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
 
     The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
@@ -187,7 +109,7 @@ def friction_factors(scene: Scene, combination: str) -> Real:
     return np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
 
 
-def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Complex) -> Complex:
+def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: Complex) -> Complex:
     """Return the friction forces of modes from the loads that contact forces balance, (n, m)."""
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     phasors: Complex = friction_factors(scene, modes.combination)[:, None] * normal
@@ -198,8 +120,8 @@ def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Comp
     return phasors
 
 
-def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
+def _shape(modes: Computed, mode: int) -> tuple[Complex, complex]:
     count = modes.eigenvalues.size
     if not 0 <= mode < count:
-        raise InputError(f"mode: expected an index in 0..{count - 1}, got {mode!r}")
+        raise InputError(f"number: expected a mode in 0..{count - 1}, got {mode!r}")
     return modes.shapes[:, mode], complex(modes.eigenvalues[mode])

@@ -37,3 +37,7 @@ __all__ = [
     "stored_energy",
     "study",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

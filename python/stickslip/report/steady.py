@@ -9,7 +9,6 @@ from markupsafe import Markup
 from stickslip import plot
 from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
-from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.drawing.schematic import schematic
@@ -163,7 +162,7 @@ def modes_section(found: Findings) -> Markup:
     chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
     labels = scene.contact_labels()
     try:
-        power = power_of(scene, modes)
+        power = modes.power()
     except InputError as error:
         shares, told = np.zeros((0, len(modes))), f"The table has no powers of contacts: {error}."
     else:

@@ -25,6 +25,13 @@ from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.parameters.numbers import per_contact
 from stickslip.scene.scene import Scene
 
+__all__ = ["Link", "Subsystem", "chain", "two_subsystems"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: A number for all, or one per subsystem or contact.
 PerContact = float | Sequence[float] | Real
 

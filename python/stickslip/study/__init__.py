@@ -27,3 +27,7 @@ __all__ = [
     "unstable",
     "unstacked",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

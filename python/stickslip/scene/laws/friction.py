@@ -20,6 +20,13 @@ import scipy
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array, real_number
 
+__all__ = ["Constant", "Law", "Linear", "Rational", "Stribeck", "Tabulated"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: The kind of a law in the core, its numbers, and the pieces of a table by rows of 4.
 LawData = tuple[str, list[float], list[list[float]]]
 
