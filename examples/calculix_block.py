@@ -45,7 +45,7 @@ print(pairs, "in steady sliding:", steady.combination)
 loci = []
 for friction in np.linspace(0.0, 0.2, 61):
     modes = ss.complex_modes(scene.replace(friction=friction), steady.combination).select((60e3, 70e3))
-    loci += [(friction, mode.frequency / 1e3, mode.eigenvalue.real) for mode in modes]
+    loci += [(friction, mode.frequency / 1e3, mode.unstable) for mode in modes]
 loci = np.array(loci)
 growing = max(ss.complex_modes(scene), key=lambda mode: mode.eigenvalue.real)
 print(f"at friction 0.1 a mode grows by {growing.eigenvalue.real:.0f} 1/s at {growing.frequency:.0f} Hz")
@@ -57,14 +57,14 @@ print(f"power of the contacts, W: {np.round(power, 3)}")
 
 # %%
 figure, axes = plt.subplots(1, 3, figsize=(13.0, 3.6), layout="constrained")
-up = loci[:, 2] > 0.0
+up = loci[:, 2] == 1.0
 axes[0].plot(*loci[~up, :2].T, ".", color="#4477aa", markersize=3, label="decays")
 axes[0].plot(*loci[up, :2].T, "^", color="#cc3311", markersize=4, label="grows")
 axes[0].set(xlabel="friction", ylabel="frequency, kHz", title="Modes of steady sliding")
 axes[0].legend(loc="center right")
 cycle.plot(contact=2, ax=axes[1])
 axes[1].set_title("Contact 2 over one period")
-pairs.plot(power, axes[2], label="power of every contact, W")
+pairs.plot(power, ax=axes[2], label="power of every contact, W")
 figure.savefig("calculix-block.png", dpi=110)
 
 # %% [markdown]

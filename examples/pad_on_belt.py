@@ -70,7 +70,7 @@ axes.set(xlabel="friction", ylabel="frequency, kHz", ylim=(0.0, 32.0))
 axes.legend(frameon=False, loc="lower right", ncols=2)
 shape = reduced.expand(modes)["shape"].isel(mode=worst.number).to_numpy()
 title = f"{worst.frequency:.0f} Hz, grows at {worst.eigenvalue.real:.0f} 1/s"
-ss.fe.draw(scene, shape, figure.add_subplot(1, 2, 2), title=title)
+scene.plot.mesh(shape, ax=figure.add_subplot(1, 2, 2), title=title)
 figure.savefig("pad-modes.png", dpi=120)
 
 # %% [markdown]

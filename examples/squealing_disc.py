@@ -65,17 +65,17 @@ ss.fe.write_vtu("squeal/cycle.pvd", scene, reduced.expand(period))
 ss.fe.write_vtu("squeal/mode.pvd", scene, modes, mode=growing)
 
 # %%
-figure, axes = plt.subplot_mosaic(
-    [["growth", "frequency"], ["shape", "force"], ["cycle", "power"]],
-    per_subplot_kw={"shape": {"projection": "3d"}}, figsize=(11.0, 11.5), layout="constrained",
-)  # fmt: skip
-ss.plot.draw_loci(axes["growth"], axes["frequency"], branches)
-ss.fe.draw(scene, modes["shape"][growing], axes["shape"], title="The mode that grows")
+figure = plt.figure(figsize=(11.0, 11.5), layout="constrained")
+upper, lower = figure.subfigures(2, 1, height_ratios=[1.0, 2.0])
+mosaic, space = [["shape", "force"], ["cycle", "power"]], {"shape": {"projection": "3d"}}
+axes = lower.subplot_mosaic(mosaic, per_subplot_kw=space)
+ss.plot.loci(branches, figure=upper)
+scene.plot.mesh(modes["shape"][growing], ax=axes["shape"], title="The mode that grows")
 times = np.linspace(0.0, run.duration, 20001)
 axes["force"].plot(1e3 * times, run.sample(times).normal_force.sum("contact"), linewidth=0.3)
 axes["force"].set(xlabel="time, ms", ylabel="sum of normal forces, N")
 cycle.plot(contact=int(power.argmax()), ax=axes["cycle"])
-pairs.plot(power, axes["power"], label="power of every contact, W")
+pairs.plot(power, ax=axes["power"], label="power of every contact, W")
 figure.savefig("squealing-disc.png", dpi=110)
 
 # %% [markdown]

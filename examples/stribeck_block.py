@@ -65,7 +65,7 @@ def followed(speed: float, push: float, duration: float) -> ss.Trajectory:
 figure, panels = plt.subplots(1, 3, figsize=(11.0, 3.8), layout="constrained")
 for axes, speed, push in zip(panels, (0.2, 0.32, 0.32), (0.01, 0.01, 0.31), strict=True):
     run = followed(speed, push, 15.0)
-    ss.plot.phase_portrait(axes, run)
+    run.plot.phase(ax=axes)
     axes.set_title(f"belt {speed} m/s, push {push} m/s")
     print(f"belt {speed} m/s, push {push} m/s: {len(run.events)} events")
 ss.save(figure, "stribeck-motion.png", dpi=120)

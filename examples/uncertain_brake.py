@@ -93,14 +93,14 @@ for name, of in indices.items():
 
 # %%
 figure, ((when, height), (strength, which)) = plt.subplots(2, 2, figsize=(10.0, 7.6), layout="constrained")
-ss.plot.probability(when, chance)
+ss.plot.probability(chance, ax=when)
 when.set(title="When does it squeal?", ylabel="probability of instability")
 cycles = results.where(squealing, drop=True)
-ss.plot.distribution(height, cycles, "cycle_frequency")
+ss.plot.distribution(cycles, "cycle_frequency", ax=height)
 height.set_title("At which frequency?")
 strength.plot(cycles.friction, 1e6 * cycles.amplitude.sel(dof="x2"), ".", markersize=2, color="#004488")
 strength.set(xlabel="friction", ylabel="amplitude of x2, µm", title="How strongly?")
-ss.plot.sobol_indices(which, indices["hopf_point"])
+ss.plot.sobol_indices(indices["hopf_point"], ax=which)
 which.set_title("Which spring matters?")
 figure.savefig("uncertain-brake.png", dpi=110)
 

@@ -109,7 +109,7 @@ def test_a_mode_taken_from_its_dataset_keeps_its_period_in_vtk(tmp_path):
 def test_phase_plane_of_a_scene_without_contacts_is_refused_by_name():
     run = ss.simulate(ss.Scene([1.0], [[4.0]]), 1.0, ss.State([1.0], [0.0], ""))
     with pytest.raises(ss.InputError, match="motion: a scene without contacts"):
-        ss.plot.phase_plane(run)
+        run.plot.phase_planes()
 
 
 def spinning(speed=3.0, tie=1.0):
@@ -140,7 +140,7 @@ def test_a_mode_grows_in_words_only_if_it_is_unstable():
     modes = ss.complex_modes(scene)
     assert modes.eigenvalues.real.max() > 0.0
     assert modes.marginal.all()
-    assert modes.plot(scene=scene).get_title().endswith("Hz, neither grows nor decays")
+    assert modes.plot.structure().get_title().endswith("Hz, neither grows nor decays")
     grows = ss.complex_modes(ss.models.two_subsystems())
     assert "grows at 49.9 1/s" in grows.described(2)
     assert "decays at 104 1/s" in grows.described(0)
@@ -181,7 +181,7 @@ def test_a_contact_is_drawn_and_heard_by_its_name(standard, tmp_path):
     cycle = run.limit_cycle()
     drawn = [cycle.plot(contact=contact).lines[0].get_ydata() for contact in ("outer", 1)]
     np.testing.assert_array_equal(*drawn)
-    assert len(ss.plot.contact_status(cycle.plot(), run, ["outer"]).get_yticklabels()) == 1
+    assert len(run.plot.statuses(["outer"], ax=cycle.plot()).get_yticklabels()) == 1
     assert sound(run, "outer") == sound(run, 1) != sound(run, "inner")
     for draw in (lambda: cycle.plot(contact="outr"), lambda: sound(run, "outr")):
         with pytest.raises(ss.InputError, match="contact: unknown contact 'outr'; nearest: outer"):

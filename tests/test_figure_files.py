@@ -36,7 +36,7 @@ def test_short_times_are_in_milliseconds(end, label):
     run = ss.simulate(scene, end, ss.disturbed_sliding(scene))
     figure = Figure()
     axes = figure.subplots()
-    ss.plot.contact_status(axes, run)
+    run.plot.statuses(ax=axes)
     readable_units(figure)
     assert axes.get_xlabel() == label
     # Contact 0 stands on top.
@@ -87,16 +87,18 @@ def test_a_figure_has_one_minus_sign():
     assert plain.yaxis.get_major_formatter().format_ticks([-0.2])[0].startswith("\N{MINUS SIGN}")
 
 
-@pytest.mark.parametrize("draw", [ss.plot.contact_status, lambda axes, run: run.events.plot(axes)])
-def test_a_file_of_your_own_axes_holds_the_whole_legend(draw):
+@pytest.mark.parametrize("drawn", ["statuses", "events"])
+def test_a_file_of_your_own_axes_holds_the_whole_legend(drawn):
     scene = ss.models.two_subsystems()
     figure = Figure(figsize=(5.0, 2.5))
-    axes = draw(figure.subplots(), ss.simulate(scene, 0.2, ss.disturbed_sliding(scene)))
+    run = ss.simulate(scene, 0.2, ss.disturbed_sliding(scene))
+    draw = {"statuses": run.plot.statuses, "events": run.events.plot}[drawn]
+    axes = draw(ax=figure.subplots())
     save(axes, io.BytesIO(), form="png")
     figure.draw_without_rendering()
-    drawn = axes.get_legend().get_window_extent()
-    assert figure.bbox.x1 >= drawn.x1
-    assert figure.bbox.y0 <= drawn.y0
+    legend = axes.get_legend().get_window_extent()
+    assert figure.bbox.x1 >= legend.x1
+    assert figure.bbox.y0 <= legend.y0
 
 
 def test_a_layout_of_your_own_stays_where_nothing_is_cut():
@@ -125,7 +127,7 @@ def test_the_same_figure_gives_the_same_bytes(form):
     written = []
     for _ in range(2):
         stream = io.BytesIO()
-        save(ss.plot.history(run), stream, dpi=60, form=form)
+        save(run.plot.history(), stream, dpi=60, form=form)
         written.append(stream.getvalue())
     assert written[0] == written[1]
     if form == "pdf":
@@ -170,13 +172,13 @@ def test_an_error_of_writing_names_the_file_that_was_asked_for(tmp_path):
 def test_events_and_works_are_told_apart():
     scene = ss.models.two_subsystems()
     run = ss.simulate(scene, 0.2, ss.disturbed_sliding(scene))
-    axes = run.events.plot(Figure().subplots())
+    axes = run.events.plot(ax=Figure().subplots())
     strokes = np.concatenate([lines.get_segments() for lines in axes.collections])
     assert len(strokes) == len(run.events)
     rows = [sorted({(s[0][1], s[1][1]) for s in lines.get_segments()}) for lines in axes.collections]
     lanes = sorted(lane for row in rows for lane in row)
     assert all(end <= begin for (_, end), (begin, _) in itertools.pairwise(lanes))
-    bars = run.balance().plot(Figure().subplots())
+    bars = run.balance().plot(ax=Figure().subplots())
     names = {
         text.get_text(): bar.get_height()
         for text, bar in zip(bars.get_yticklabels(), bars.patches, strict=True)
@@ -201,7 +203,7 @@ def test_an_axis_of_energy_has_the_unit_that_suits_it(joules, unit, shown):
 
 def test_a_figure_has_the_width_of_a_column_with_everything_in_it(tmp_path):
     scene = ss.models.two_subsystems()
-    figure = ss.plot.history(ss.simulate(scene, 0.05))
+    figure = ss.simulate(scene, 0.05).plot.history()
     before = figure.get_size_inches().tolist()
     sizes = [text.get_fontsize() for text in figure.findobj(Text)]
     ss.save(figure, tmp_path / "whole.png", dpi=100)

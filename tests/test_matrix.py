@@ -64,10 +64,11 @@ def figures_of_run(run: ss.Trajectory) -> None:
     run.plot()
     run.events.plot()
     run.balance().plot()
-    ss.plot.history(run)
-    ss.plot.displacement(plt.figure().subplots(), run, run.scene.dofs[0])
-    ss.plot.energy_history(run)
-    ss.plot.energy_flow(run.balance())
+    run.plot.history()
+    run.plot(run.scene.dofs[0], ax=plt.figure().subplots())
+    run.plot.spectrum(end=run.duration)
+    run.plot.energy()
+    run.balance().plot.flow()
 
 
 def over(kind: Kind, values: int) -> dict[str, Any]:
@@ -136,14 +137,15 @@ def reported_by_verb(kind: Kind, folder: Any) -> None:
 
 def drawn(kind: Kind) -> None:
     kind.cycle.plot()
-    ss.plot.limit_cycle(kind.cycle)
+    for draw in (kind.cycle.plot.phase_planes, kind.cycle.plot.outline, kind.cycle.plot.spectrum):
+        draw()
 
 
 #: Name of a view to what looks at a kind through it.
 VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "scene told": lambda kind, _: told(kind.scene),
     "scene pickled": lambda kind, _: again(kind.scene),
-    "scene drawn": lambda kind, _: ss.plot.schematic(kind.scene),
+    "scene drawn": lambda kind, _: kind.scene.plot(),
     "scene file": lambda kind, folder: ss.load(saved(kind, folder)).scene,
     "steady sliding": lambda kind, _: repr(ss.steady_sliding(kind.scene)),
     "contact forces": lambda kind, _: kind.start.contact_forces(kind.scene),
@@ -151,8 +153,8 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "modes told": lambda kind, _: told(kind.modes),
     "modes pickled": lambda kind, _: again(kind.modes),
     "modes in a file": lambda kind, folder: back(kind.modes.to_dataset(), folder),
-    "modes drawn": lambda kind, _: (kind.modes.plot(), kind.modes.plot(number=0, scene=kind.scene)),
-    "mode shapes": lambda kind, _: ss.plot.shapes(kind.modes),
+    "modes drawn": lambda kind, _: (kind.modes.plot(), kind.modes.plot.structure(0)),
+    "mode shapes": lambda kind, _: kind.modes.plot.shapes(),
     "mode power": lambda kind, _: ss.mode_power(kind.scene),
     "mode selection": lambda kind, _: ss.mode_selection(kind.scene, [1e-4], phases=2),
     "status table": lambda kind, _: told(ss.status_table(kind.scene)),
@@ -165,8 +167,8 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "run pickled": lambda kind, _: again(kind.run),
     "run in a file": lambda kind, folder: back(kind.run.to_dataset(20), folder),
     "run drawn": lambda kind, _: figures_of_run(kind.run),
-    "phase plane": lambda kind, _: ss.plot.phase_plane(kind.run),
-    "contact status": lambda kind, _: ss.plot.contact_status(plt.figure().subplots(), kind.run),
+    "phase plane": lambda kind, _: kind.run.plot.phase_planes(),
+    "contact status": lambda kind, _: kind.run.plot.statuses(ax=plt.figure().subplots()),
     "events told": lambda kind, _: told(kind.run.events),
     "events in a file": lambda kind, folder: back(kind.run.events.to_dataset(), folder),
     "energy": lambda kind, _: kind.run.energy(np.linspace(0.0, kind.run.duration, 5)),

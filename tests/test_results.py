@@ -10,6 +10,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.animation import AbstractMovieWriter, FuncAnimation
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.linalg import block_diag
 
@@ -91,7 +93,7 @@ NAMES = [
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NoSteadyStateError", "NotPeriodicError",
     "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "RunInterrupted", "Scene",
     "SearchInterrupted", "State",
-    "StatusTable", "Switched", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
+    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Switched",
     "Trajectory",
 ]  # fmt: skip
 
@@ -351,7 +353,7 @@ def test_a_mode_has_the_number_that_is_shown():
         if kind
     )
     assert int(shown.split()[0]) == int(row[0]) == mode.number
-    assert ss.plot.shapes(modes, [mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
+    assert modes.plot.shapes([mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
 
 
 #: What analyses return.
@@ -382,6 +384,96 @@ def test_every_result_has_a_dataset_a_summary_and_a_drawing(name, tmp_path):
     assert result.plot(ax=axes) is axes
     assert axes.get_xlabel()
     assert axes.lines or axes.patches or axes.collections
+
+
+#: What names a thing that is drawn, or is drawn itself: the only arguments without a keyword.
+NAMING = {
+    "contacts", "displacement", "dof", "dofs", "masses", "number", "numbers", "values",
+    "branches", "combination", "data", "effects", "energy", "estimate", "estimates", "flow", "indices",
+    "lines", "mode", "moments", "output", "results",
+}  # fmt: skip
+#: What a drawing needs beside its result.
+GIVEN = {"shape": (2,), "orbits": (2, {"m1": ("x1", "x2")})}
+DRAWN = sorted({"Scene", *RESULTS})
+
+
+def drawings(plot):
+    """Return the ways to draw of a `plot`, a method or an accessor, by name."""
+    if inspect.ismethod(plot):
+        return {"": plot}
+    names = [name for name in dir(plot) if not name.startswith("_")]
+    return {"": plot.__call__, **{name: getattr(plot, name) for name in names}}
+
+
+def follows_the_rule(draw):
+    """Whether keywords, return and docstring of a drawing fit each other; returns what it returns."""
+    signature = inspect.signature(draw)
+    for name, parameter in signature.parameters.items():
+        assert parameter.kind is not inspect.Parameter.POSITIONAL_OR_KEYWORD or name in NAMING, (draw, name)
+    owners = {"ax", "figure"} & set(signature.parameters)
+    for name in owners:
+        assert signature.parameters[name].default is None
+    # Matplotlib is imported for types only where a result has one drawing.
+    returned = {"Axes": Axes, "Figure": Figure, "FuncAnimation": FuncAnimation}[signature.return_annotation]
+    assert owners == {Axes: {"ax"}, Figure: {"figure"}}.get(returned, set()), draw
+    first = inspect.getdoc(draw).split("\n\n")[0]
+    assert "return the Axes" in first if returned is Axes else f"Return a {returned.__name__}" in first, first
+    return returned
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_drawing_returns_what_its_docstring_says(name):
+    result = examples()[name]
+    for method, draw in drawings(result.plot).items():
+        returned = follows_the_rule(draw)
+        if method == "mesh":
+            continue
+        given = {"ax": Figure().subplots()} if returned is Axes else {}
+        if method == "animate":
+            given = {"frames": 2}
+        drawn = draw(*GIVEN.get(method, ()), **given)
+        assert type(drawn) is returned or drawn is given.get("ax")
+        if method == "animate":
+            drawn.save("unused", writer=Nowhere())
+
+
+class Nowhere(AbstractMovieWriter):
+    """A writer of no file."""
+
+    def setup(self, fig, outfile, dpi=None):
+        super().setup(fig, outfile, dpi)
+
+    def grab_frame(self, **_):
+        assert self.fig.axes
+
+    def finish(self):
+        pass
+
+
+def test_drawings_of_datasets_follow_the_same_rule():
+    names = [name for name in dir(ss.plot) if not name.startswith("_")]
+    assert sorted(names) == ss.plot.__all__
+    for name in names:
+        assert follows_the_rule(getattr(ss.plot, name)) in (Axes, Figure)
+    assert follows_the_rule(ss.fe.Pairs.plot.__get__(object())) is Axes
+
+
+def test_several_panels_are_drawn_in_a_figure_that_is_given():
+    run = examples()["Trajectory"]
+    own = Figure()
+    panels = own.subplots(2, 1).tolist()
+    assert run.plot.history(["x1", "x2"], figure=own) is own
+    assert own.axes == panels
+    assert [axes.get_ylabel() for axes in panels] == ["x1, µm", "x2, µm"]
+    with pytest.raises(ss.InputError, match="figure: expected 3 panels or none, got 2"):
+        run.plot.history(["x1", "x2", "x3"], figure=own)
+    left, _ = (whole := Figure(layout="constrained")).subfigures(1, 2)
+    assert run.plot.phase_planes(figure=left) is whole
+    assert len(left.axes) == len(whole.axes) == 2
+
+
+def test_a_plot_lists_its_drawings():
+    assert repr(examples()["Balance"].plot) == "BalancePlots: plot(), plot.flow()"
 
 
 @pytest.mark.parametrize("name", ["Scene", *RESULTS])

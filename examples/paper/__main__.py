@@ -126,28 +126,29 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     cycle, onset = run.limit_cycle(), float(run.events.time[0])
     growing = complex_modes(run.scene)
     leading = int(np.argmax(growing.eigenvalues.real))
-    statuses = Figure(figsize=(9.0, 1.2 + 0.7 * len(run.scene.contacts)), layout="constrained")
-    plot.contact_status(statuses.subplots(), run)
+    statuses, flow = (Figure(figsize=size, layout="constrained") for size in ((9.0, 2.6), (9.0, 5.0)))
+    run.plot.statuses(ax=statuses.subplots())
+    cycle.balance().plot.flow(ax=flow.subplots())
     drawn = {
-        "mode-shapes.png": plot.shapes(complex_modes(two_subsystems(friction=0.0))),
+        "mode-shapes.png": complex_modes(two_subsystems(friction=0.0)).plot.shapes(),
         "loci.png": plot.loci(
             sweep(two_subsystems(), {"friction": np.linspace(*FRICTIONS, 301)}),
             critical=critical_points(two_subsystems(), {"friction": FRICTIONS}, kinds=("hopf",)),
         ),
-        "mode-orbits.png": plot.orbits(growing, leading, MASSES),
-        "history.png": plot.history(run),
-        "phase-plane.png": plot.phase_plane(run),
+        "mode-orbits.png": growing.plot.orbits(leading, MASSES),
+        "history.png": run.plot.history(),
+        "phase-plane.png": run.plot.phase_planes(),
         "contact-status.png": statuses,
-        "energy.png": plot.energy_history(run),
-        "energy-cycle.png": plot.energy_history(cycle.run),
-        "energy-growth.png": plot.energy_history(run, onset - 0.03, onset + 0.01),
-        "energy-flow.png": plot.energy_flow(cycle.balance()),
-        "limit-cycle.png": plot.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
+        "energy.png": run.plot.energy(),
+        "energy-cycle.png": cycle.plot.energy(),
+        "energy-growth.png": run.plot.energy(begin=onset - 0.03, end=onset + 0.01),
+        "energy-flow.png": flow,
+        "limit-cycle.png": attractor(settled["friction"], settled["slider_speed"])[1].plot.phase_planes(),
     }
     for name, figure in drawn.items():
         save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
-    plot.animated(growing, leading, MASSES).save(animation, writer="pillow")
+    growing.plot.animate(leading).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]
 
 

@@ -22,11 +22,11 @@ from matplotlib.lines import Line2D
 from paper.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip import plot
 from stickslip.cycles.cycle import Cycle
-from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
 from stickslip.locus.critical import critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import orbit
+from stickslip.motion.figures import ENERGY as ENERGY_SAMPLES
 from stickslip.motion.motion import Motion
 from stickslip.scene.models import two_subsystems
 from stickslip.show.style import STABLE, UNSTABLE
@@ -88,7 +88,8 @@ def figure_2() -> Figure:
     figure = _sized(90.0)
     panels = figure.subplots(3, 2, sharex=True, sharey=True)
     for axes, mode in zip(panels.ravel(), np.flatnonzero(modes.eigenvalues.imag > 0.0), strict=True):
-        plot.draw_shape(axes, modes, int(mode))
+        modes.plot.shape(int(mode), ax=axes)
+        axes.set_title(f"{modes.frequencies[mode]:.2f} Hz", fontsize="medium")
     panels[0, 0].set_ylim(-1.15, 1.15)
     figure.supylabel("displacement, largest = 1", fontsize=7.0)
     return figure
@@ -100,8 +101,9 @@ def figure_3() -> Figure:
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
     scene = two_subsystems()
-    plot.draw_loci(growth, frequency, sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}))
+    plot.loci(sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}), figure=figure)
     growth.set_xlabel("")
+    figure.legends.clear()
     hopf = [point.value for point in critical_points(scene, {"friction": FRICTIONS}, kinds=("hopf",))]
     (dots,) = growth.plot(hopf, np.zeros(len(hopf)), "o", color="black", markersize=3)
     red, blue = (Line2D([], [], color=colour) for colour in (UNSTABLE, STABLE))
@@ -146,7 +148,7 @@ def figure_5() -> Figure:
     figure = _sized(100.0)
     panels = figure.subplots(4, 1, sharex=True)
     for axes, dof in zip(panels, ("x1", "x2", "x3", "x7"), strict=True):
-        plot.displacement(axes, run, dof, origin="start", samples=SAMPLES)
+        run.plot(dof, samples=SAMPLES, ax=axes)
         axes.lines[0].set_linewidth(0.4)
         axes.label_outer()
     return figure
@@ -159,7 +161,7 @@ def figure_6() -> Figure:
     run = standard_run()
     panels = figure.subplots(2, 1)
     for contact, (axes, mass) in enumerate(zip(panels, CONTACTS, strict=True)):
-        plot.phase_portrait(axes, run, contact, SAMPLES)
+        run.plot.phase(contact=contact, samples=SAMPLES, ax=axes)
         # All but the many rounds of sliding stays as wide as it is.
         axes.lines[0].set_linewidth(0.4)
         axes.set_title(mass)
@@ -186,7 +188,7 @@ def figure_8() -> Figure:
     run = standard_run()
     figure = _sized(85.0)
     growing, settled = figure.subplots(2, 1, sharex=True)
-    plot.spectrum(growing, run.spectrum(UPPER_VERTICAL, end=float(run.events.time[0])))
+    run.plot.spectrum(UPPER_VERTICAL, end=float(run.events.time[0]), ax=growing)
     growing.set_title("up to the first status change")
     _lines(settled, run.limit_cycle(), "limit cycle")
     _decades(growing, settled)
@@ -202,7 +204,8 @@ def figure_9() -> Figure:
     figure = _sized(115.0)
     panels = figure.subplots(2, 1)
     for contact, (axes, mass) in enumerate(zip(panels, CONTACTS, strict=True)):
-        plot.overlay(axes, cycles, contact)
+        for name, cycle in cycles.items():
+            cycle.plot.outline(contact=contact, label=name, ax=axes)
         axes.set_title(mass)
     panels[0].set_xlabel("")
     _common_legend(figure, panels)
@@ -223,10 +226,9 @@ def figure_11() -> Figure:
     grid = figure.subplots(len(cycles), 2)
     for row, (name, cycle) in zip(grid, cycles.items(), strict=True):
         for contact, (axes, mass) in enumerate(zip(row, CONTACTS, strict=True)):
-            plot.overlay(axes, {name: cycle}, contact)
+            cycle.plot.outline(contact=contact, ax=axes)
             # Short flights between impacts lie side by side.
             axes.lines[0].set_linewidth(0.6)
-            _without_legend(axes)
             axes.set(title=f"{mass}, {name}", xlabel="", ylabel="")
     figure.supxlabel("tangential displacement about its middle, µm", fontsize=7.0)
     figure.supylabel("tangential velocity, m/s", fontsize=7.0)
@@ -290,7 +292,7 @@ def _spectra(cycles: Mapping[str, Cycle]) -> Figure:
 
 def _lines(axes: Axes, cycle: Cycle, title: str) -> None:
     lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    plot.spectrum(axes, lines.sel(dof=UPPER_VERTICAL, frequency=slice(0.0, HIGHEST)))
+    plot.spectrum(lines.sel(dof=UPPER_VERTICAL, frequency=slice(0.0, HIGHEST)), ax=axes)
     axes.set_title(f"{title}, main line {cycle.main_frequency(UPPER_VERTICAL):.2f} Hz")
 
 
@@ -306,9 +308,9 @@ def _energy(run: Motion, begin: float, end: float) -> Figure:
     figure = _sized(140.0)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[3.0, 2.0, 3.0, 1.2])
     stored, rate, powers, status = panels
-    plot.stored_energy(stored, flow)
-    plot.energy_rate(rate, flow)
-    plot.power_terms(powers, flow.assign_coords(contact=list(CONTACTS)))
+    plot.stored_energy(flow, ax=stored)
+    plot.energy_rate(flow, ax=rate)
+    plot.power_terms(flow.assign_coords(contact=list(CONTACTS)), ax=powers)
     _status(status, run, begin, end)
     for axes in panels:
         for line in axes.lines:
@@ -318,7 +320,7 @@ def _energy(run: Motion, begin: float, end: float) -> Figure:
 
 
 def _status(axes: Axes, run: Motion, begin: float, end: float) -> None:
-    plot.contact_status(axes, run)
+    run.plot.statuses(ax=axes)
     axes.set_xlim(begin, end)
     axes.set_yticklabels(CONTACTS)
 

@@ -24,7 +24,7 @@ def map_of_starts():
 
 
 def test_basins_are_drawn_where_they_were_asked(axes, map_of_starts):
-    assert map_of_starts.plot(axes) is axes
+    assert map_of_starts.plot(ax=axes) is axes
     (mesh,) = axes.collections
     # Columns are the first axis: rest at low friction, a cycle at high friction.
     assert mesh.get_array().reshape(3, 2).tolist() == [[0, 0], [0, 0], [1, 1]]
@@ -43,7 +43,7 @@ def test_basins_read_back_are_drawn_alike_and_what_is_missing_is_seen(axes, map_
     again = ss.load(tmp_path / "basins.nc")
     again["reached"][0, 0] = -1
     again["reached"][1, 2] = -2
-    ss.plot.basins(again, axes)
+    ss.plot.basins(again, ax=axes)
     mesh, hatched = axes.collections
     assert mesh.get_array().mask.reshape(3, 2).tolist() == [[True, False], [False, False], [False, True]]
     assert hatched.get_hatch() == "///"
@@ -66,7 +66,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
         line.get_xydata().tolist() for line in axes.lines
     ]
     branch = ss.continuation(diagram.cycles[1], {"friction": (1.5, 1.6)}, step=0.3)
-    along = branch.plot("x2", Figure().add_subplot())
+    along = branch.plot("x2", ax=Figure().add_subplot())
     assert along.get_xlabel() == "friction coefficient"
     values = np.concatenate([line.get_xdata() for line in along.lines])
     assert set(np.asarray(branch.data.friction)) <= set(values)

@@ -115,7 +115,7 @@ def test_stability_that_is_not_known_in_diagrams(symmetric):
     assert data.stability.item() == symmetric.stability
     assert not data.stable.item()
     figure, axes = plt.subplots()
-    ss.plot.bifurcation(ss.types.Bifurcation(data, (symmetric,)), "x1", axes)
+    ss.types.Bifurcation(data, (symmetric,)).plot("x1", ax=axes)
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(figure)
     assert "stability not known" in shown

@@ -19,7 +19,7 @@ def cycle(run):
 
 
 def test_energy_history_of_a_cycle(cycle):
-    figure = ss.plot.energy_history(cycle.run)
+    figure = cycle.plot.energy()
     stored, rate, powers, status = figure.axes
     flow = cycle.run.energy(rate.lines[0].get_xdata())
     assert rate.lines[0].get_ydata() == pytest.approx(flow.energy_rate.values)
@@ -40,7 +40,7 @@ def test_every_flow_has_a_colour_of_its_own():
     run = ss.simulate(scene, 0.6, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
     balance = run.limit_cycle().balance()
     assert balance.impact_loss > 0.0
-    axes = ss.plot.energy_flow(balance).axes[0]
+    axes = balance.plot.flow()
     names = [text.get_text().split("\n")[0] for text in axes.texts][:-1]
     colours = [patch.get_facecolor() for patch in axes.patches][: len(names)]
     owners = {name.removeprefix("slider of ").removeprefix("friction heat of ") for name in names}
@@ -50,8 +50,7 @@ def test_every_flow_has_a_colour_of_its_own():
 
 def test_energy_flow_is_in_proportion(cycle):
     balance = cycle.balance()
-    figure = ss.plot.energy_flow(balance)
-    axes = figure.axes[0]
+    axes = balance.plot.flow()
     texts = [text.get_text() for text in axes.texts]
     for expected in ("slider of contact 0\n26.87 mJ", "dampers\n2.133 mJ", "impacts\n32.3 nJ"):
         assert expected in texts
@@ -65,13 +64,14 @@ def test_energy_flow_is_in_proportion(cycle):
 
 
 def test_growth_and_selection_figures(run):
-    shares = ss.plot.modal_shares(run, 0.0, 0.15, "++")
-    lines = {line.get_label(): line for line in shares.axes[0].lines}
+    shares = ss.modal_energy(run, np.linspace(0.0, 0.15, 2001))
+    lines = {line.get_label(): line for line in ss.plot.modal_shares(shares, "++").lines}
     assert "119.4 Hz" in lines
     energy = ss.modal_energy(run, lines["all"].get_xdata()[:50])
     assert lines["all"].get_ydata()[:50] == pytest.approx(1e3 * energy.total.values)
     selection = ss.mode_selection(run.scene, np.linspace(1e-5, 1e-4, 4), phases=4)
-    figure = ss.plot.gain_over_amplitude(selection)
-    assert isinstance(figure, Figure)
-    curve = figure.axes[0].lines[0]
+    panels = Figure().subplots(1, 2)
+    curve = selection.plot(ax=panels[0]).lines[0]
+    over_energy = selection.plot(over="energy", ax=panels[1]).lines[0]
+    assert over_energy.get_xdata() == pytest.approx(1e3 * selection.gains.energy.values[0])
     assert curve.get_ydata() == pytest.approx((selection.gains.net / selection.gains.energy).values[0])

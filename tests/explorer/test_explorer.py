@@ -116,6 +116,8 @@ def test_loci_and_map_are_those_of_the_package(page):
     sweep = ss.sweep(ss.models.two_subsystems, {"friction": np.linspace(0.0, 3.0, 31)}, progress=False)
     growth = unpacked(found["growth"]).reshape(found["branches"], 31)
     assert growth.max() == pytest.approx(float(sweep.eigenvalue.to_numpy().real.max()), rel=1e-6)
+    grows = unpacked(found["unstable"]).reshape(growth.shape)
+    assert grows.sum(axis=0).tolist() == (sweep.unstable.sum("branch") / 2).values.tolist()
     assert [point["value"] for point in found["hopf"]] == pytest.approx([0.70156717308523, 2.1002056016114])
     answer = asked(
         page, "/map", values={}, x=["friction", 0.0, 3.0], y=["inclination_0", 0.1, 0.5], columns=7, rows=5
@@ -123,6 +125,7 @@ def test_loci_and_map_are_those_of_the_package(page):
     x, y = np.meshgrid(np.linspace(0.0, 3.0, 7), np.linspace(0.1, 0.5, 5))
     verdicts = ss.stability(ss.models.two_subsystems, {"friction": x.ravel(), "inclination_0": y.ravel()})
     expected = np.where(verdicts.steady_sliding, verdicts.growth_rate, np.nan)
+    assert unpacked(answer["unstable"])[:, 0].tolist() == (verdicts.unstable_modes > 0).values.tolist()
     assert unpacked(answer["growth"])[:, 0] == pytest.approx(expected, rel=1e-6, nan_ok=True)
 
 

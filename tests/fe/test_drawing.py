@@ -1,21 +1,23 @@
 """A scene of meshed bodies, drawn."""
 
+from types import SimpleNamespace
+
 import matplotlib
 
 matplotlib.use("agg")
 import numpy as np
 import pytest
+from matplotlib.animation import AbstractMovieWriter
 from matplotlib.figure import Figure
 
 import stickslip as ss
 from meshed import block, plate
-from stickslip.fe.drawing import draw_pairs
 
 
 def test_a_plane_mesh_displaced():
     scene = ss.fe.assemble(block(4, 2))
     position = np.linspace(0.0, 1e-6, scene.size)
-    axes = ss.fe.draw(scene, position, scale=100.0, title="pressed")
+    axes = scene.plot.mesh(position, scale=100.0, title="pressed")
     (faces,) = axes.collections
     assert axes.get_title() == "pressed"
     assert len(faces.get_paths()) == 8
@@ -30,18 +32,18 @@ def test_a_plane_mesh_displaced():
 def test_a_complex_shape_in_space():
     scene = ss.fe.assemble(plate((2, 2, 1), (0.02, 0.02, 0.004), (0.0, 0.0, 0.0)))
     shape = np.exp(1j * np.arange(scene.size))
-    axes = ss.fe.draw(scene, shape)
+    axes = scene.plot.mesh(shape)
     axes.figure.canvas.draw()
     # Eight faces above and below, eight at the sides.
     assert axes.collections[0].get_array().shape == (16,)
     np.testing.assert_allclose(axes.collections[0].get_array(), np.sqrt(3.0))
     plane = Figure().subplots()
     with pytest.raises(ss.InputError, match="ax: expected axes of projection 3d"):
-        ss.fe.draw(scene, shape, plane)
+        scene.plot.mesh(shape, ax=plane)
     with pytest.raises(ss.InputError, match=r"displacement: expected shape \(54,\), got \(53,\)"):
-        ss.fe.draw(scene, shape[:-1])
+        scene.plot.mesh(shape[:-1])
     with pytest.raises(ss.InputError, match="scene: it has no points"):
-        ss.fe.draw(scene.replace(mesh=None), shape)
+        scene.replace(mesh=None).plot.mesh(shape)
 
 
 def test_modes_draw_their_shapes():
@@ -49,16 +51,42 @@ def test_modes_draw_their_shapes():
     pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.1, gap=-1e-6)
     scene = ss.fe.assemble(body, pairs)
     modes = ss.complex_modes(scene)
-    axes = modes.plot(number=2)
+    axes = modes.plot.structure(2)
     assert axes.get_title().startswith(f"mode 2: {modes.frequencies[2]:.2f} Hz")
     length = np.hypot(*np.abs(scene.mesh.displacements(modes.shapes[:, 2])).T)
     corners = scene.mesh.cells["quad"]
     np.testing.assert_allclose(axes.collections[0].get_array(), length[corners].mean(axis=1))
     assert modes.plot().get_xlabel() == "growth rate, 1/s"
     with pytest.raises(ss.InputError, match="number: expected a mode in"):
-        modes.plot(number=len(modes))
-    with pytest.raises(ss.InputError, match="number: the scene has no points"):
-        ss.complex_modes(scene.replace(mesh=None)).plot(number=0)
+        modes.plot.structure(len(modes))
+    # Without a mesh the same mode is drawn on bodies and springs.
+    plain = ss.complex_modes(scene.replace(mesh=None)).plot.structure(2)
+    assert plain.get_title() == axes.get_title()
+    assert plain.lines
+
+
+def test_a_mode_of_a_mesh_moves_on_it():
+    scene = ss.fe.assemble(block(4, 2))
+    modes = ss.complex_modes(scene)
+    places = []
+
+    class Pictures(AbstractMovieWriter):
+        def setup(self, fig, outfile, dpi=None):
+            super().setup(fig, outfile, dpi)
+
+        def grab_frame(self, **_):
+            (faces,) = self.fig.axes[0].collections
+            places.append(np.stack([path.vertices[:4] for path in faces.get_paths()]))
+
+        def finish(self):
+            self.fig.canvas.draw()
+
+    modes.plot.animate(0, frames=4).save("unused", writer=Pictures())
+    rest = scene.mesh.points[scene.mesh.cells["quad"]]
+    moved = np.abs(places[0] - rest).max()
+    # By 0.08 of the size of the mesh, 40 by 20 mm, at the largest.
+    assert moved == pytest.approx(0.08 * np.hypot(0.04, 0.02), rel=1e-9)
+    np.testing.assert_allclose(places[0] + places[2], 2.0 * rest, rtol=0, atol=1e-15)
 
 
 def test_a_quantity_of_every_pair():
@@ -70,7 +98,7 @@ def test_a_quantity_of_every_pair():
     np.testing.assert_allclose(line.get_ydata(), np.arange(5.0, 0.0, -1.0)[order])
     pad = plate((2, 2, 1), (0.02, 0.03, 0.004), (0.0, 0.0, 0.0))
     pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(1, 0, 0), friction=0.1)
-    axes = pairs.plot(np.arange(9.0) - 3.0, Figure().subplots(), label="power, W")
+    axes = pairs.plot(np.arange(9.0) - 3.0, ax=Figure().subplots(), label="power, W")
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x, mm", "y, mm")
     (spots,) = axes.collections
     np.testing.assert_allclose(spots.get_offsets(), 1e3 * pairs.points[:, :2])
@@ -88,7 +116,8 @@ def test_a_quantity_of_every_pair():
 def test_pairs_on_a_line_in_space(along, names, count):
     """Such as those of a single row of nodes: the line lies in the picture."""
     points = np.linspace(0.0, 0.03, count)[:, None] * np.array(along)
-    axes = draw_pairs(points, np.arange(1.0, count + 1.0), Figure().subplots(), "power, W")
+    axes = Figure().subplots()
+    ss.fe.Pairs.plot(SimpleNamespace(points=points), np.arange(1.0, count + 1.0), ax=axes)
     axes.figure.canvas.draw()
     (spots,) = axes.collections
     shown = [points[:, "xyz".index(name)] for name in (names if count > 1 else "xy")]

@@ -4,6 +4,7 @@ from matplotlib.animation import AbstractMovieWriter
 
 import stickslip as ss
 from stickslip.modes.figures import MOST
+from stickslip.scene.drawing.schematic import schematic
 
 MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
 
@@ -59,7 +60,7 @@ def test_a_stability_map_says_once_what_one_unstable_mode_means():
 
 def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
-    figure = ss.plot.shapes(modes)
+    figure = modes.plot.shapes()
     titles = [axes.get_title() for axes in figure.axes]
     assert titles[:2] == ["mode 0: 91.56 Hz", "mode 2: 112.20 Hz"]
     heights = [bar.get_height() for bar in figure.axes[0].patches]
@@ -80,7 +81,7 @@ def test_shapes_of_a_long_chain_are_few():
     chain = ss.models.chain([part] * 10, [link] * 9, wall_stiffness=1.8e6, friction=0.4, slider_speed=0.025)
     modes = ss.complex_modes(chain)
     upper = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    figure = ss.plot.shapes(modes)
+    figure = modes.plot.shapes()
     numbers = [int(axes.get_title().split()[1].rstrip(":")) for axes in figure.axes]
     assert len(numbers) == MOST < upper.size
     others = np.setdiff1d(upper, numbers)
@@ -89,15 +90,15 @@ def test_shapes_of_a_long_chain_are_few():
     assert not figure.axes[0].patches
     assert len(figure.axes[0].collections[0].get_paths()) == chain.size
     assert figure.get_figheight() < 8.0
-    chosen = [axes.get_title() for axes in ss.plot.shapes(modes, [4, 2]).axes if axes.get_visible()]
+    chosen = [axes.get_title() for axes in modes.plot.shapes([4, 2]).axes if axes.get_visible()]
     assert [title.split(":")[0] for title in chosen] == ["mode 4", "mode 2"]
-    with pytest.raises(ss.InputError, match=r"numbers: expected modes in 0\.\.\d+, got \[-1\]"):
-        ss.plot.shapes(modes, [-1])
+    with pytest.raises(ss.InputError, match=r"numbers: expected a mode in 0\.\.\d+, got -1"):
+        modes.plot.shapes([-1])
 
 
 def test_orbits_of_all_masses_have_one_scale():
     modes = ss.complex_modes(ss.models.two_subsystems())
-    figure = ss.plot.orbits(modes, 0, {"m1": ("x1", "x2"), "m3": ("x5", "x6"), "m4": ("x7", "x8")})
+    figure = modes.plot.orbits(0, {"m1": ("x1", "x2"), "m3": ("x5", "x6"), "m4": ("x7", "x8")})
     figure.draw_without_rendering()
     widths = [np.ptp(axes.get_xlim()) / axes.bbox.width for axes in figure.axes]
     heights = [np.ptp(axes.get_ylim()) / axes.bbox.height for axes in figure.axes]
@@ -108,7 +109,7 @@ def test_orbits_of_all_masses_have_one_scale():
 def test_orbits_show_the_motion():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     mode = int(np.argmax(modes.eigenvalues.real))
-    figure = ss.plot.orbits(modes, mode, MASSES)
+    figure = modes.plot.orbits(mode, MASSES)
     motion = ss.modes.orbit(modes, mode, ("x1", "x2"))
     assert figure.axes[0].lines[0].get_xydata() == pytest.approx(motion.to_numpy())
     assert "grows" in figure.get_suptitle()
@@ -135,21 +136,23 @@ class Pictures(AbstractMovieWriter):
 def test_an_animation_is_one_period():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     pictures = Pictures()
-    ss.plot.animated(modes, 0, MASSES, frames=8).save("unused", writer=pictures)
+    modes.plot.animate(0, frames=8).save("unused", writer=pictures)
     seen = pictures.seen
     assert len(seen) == 8
     # Opposite phases are mirrored at the place of rest.
-    rest = np.array([(0.0, 0.0), (1.0, 0.0)])
+    rest = np.array([(body.x, body.y) for body in schematic(modes.scene).bodies])
     assert seen[4] - rest == pytest.approx(rest - seen[0], abs=1e-12)
     assert np.abs(seen[0] - seen[2]).max() > 1e-3
 
 
 def test_hostile_input():
     modes = ss.complex_modes(ss.models.two_subsystems())
-    with pytest.raises(ss.InputError, match="masses: expected at least one"):
-        ss.plot.orbits(modes, 0, {})
-    with pytest.raises(ss.InputError, match="places: expected one for each of 2"):
-        ss.plot.animated(modes, 0, MASSES, places=[(0.0, 0.0)])
+    with pytest.raises(ss.InputError, match="masses: expected the two dofs of at least one mass"):
+        modes.plot.orbits(0, {})
+    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
+        modes.plot.animate(12)
+    with pytest.raises(ss.InputError, match="figure: expected a figure of matplotlib, got 5"):
+        modes.plot.shapes([0], figure=5)
     grid = ss.sweep(ss.models.two_subsystems(), {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]})
     with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
         ss.plot.loci(grid)

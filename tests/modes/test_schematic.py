@@ -8,7 +8,7 @@ from matplotlib.animation import AbstractMovieWriter
 import stickslip as ss
 from equal_chain import equal_chain
 from meshed import block, plate
-from stickslip.modes.schematic import VIEW, meshed, schematic
+from stickslip.scene.drawing.schematic import VIEW, meshed, schematic
 from stickslip.scene.known import known_of
 
 
@@ -52,8 +52,9 @@ def test_no_two_bodies_stand_in_one_place():
 
 
 def test_no_spring_hides_behind_a_body_or_another_spring():
-    # Of another damping, so that it is not the model whose places are known.
-    drawing = schematic(ss.models.two_subsystems(damping=2e-4))
+    # With contacts of its own it is not the model, whose places are known.
+    model = ss.models.two_subsystems()
+    drawing = schematic(model.replace(contacts=model.contacts))
     places = np.array([(body.x, body.y) for body in drawing.bodies])
     for a, b, _ in drawing.springs:
         along = places[b] - places[a]
@@ -71,7 +72,7 @@ def test_what_is_large_says_what_it_leaves_out():
     scene = ss.Scene(np.ones(size), np.diag(np.full(size, 10.0)))
     drawing = schematic(scene)
     assert (len(drawing.bodies), drawing.omitted) == (48, 52)
-    axes = ss.plot.schematic(scene)
+    axes = scene.plot()
     assert "52 dofs are left out" in [text.get_text() for text in axes.texts]
     plt.close(axes.figure)
 
@@ -138,7 +139,7 @@ def test_a_mode_moves_with_the_phase_of_each_body():
         def finish(self):
             pass
 
-    modes.animate(scene, columns=columns, frames=8).save("unused", writer=Pictures())
+    modes.plot.animate(columns=columns, frames=8).save("unused", writer=Pictures())
     assert len(frames) == 8
     drawing = schematic(scene, columns)
     moved = drawing.moved(modes.shapes[:, mode])
@@ -146,7 +147,7 @@ def test_a_mode_moves_with_the_phase_of_each_body():
     rest = np.array([(body.x, body.y) for body in drawing.bodies])
     for k, places in enumerate(frames):
         assert places - rest == pytest.approx((moved * np.exp(2j * np.pi * k / 8)).real, abs=1e-12)
-    axes = modes.plot(scene=scene, columns=columns)
+    axes = modes.plot.structure(columns=columns)
     assert axes.get_title().endswith(" 119.36 Hz, grows at 49.9 1/s")
     assert axes.collections[0].get_offsets().data - rest == pytest.approx(moved.real)
     plt.close(axes.figure)
@@ -156,11 +157,11 @@ def test_what_cannot_be_drawn_is_refused():
     scene = ss.models.two_subsystems()
     modes = ss.complex_modes(scene)
     with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
-        modes.plot(scene=scene, number=12)
-    with pytest.raises(ss.InputError, match="number: the scene has no points"):
-        modes.plot(number=3)
-    with pytest.raises(ss.InputError, match="scene: expected the scene of the modes"):
-        modes.animate(line())
+        modes.plot.structure(12)
+    with pytest.raises(ss.InputError, match="scene: it has no points"):
+        scene.plot.mesh(np.zeros(8))
+    with pytest.raises(ss.InputError, match="frames: expected"):
+        modes.plot.animate(frames=1)
     with pytest.raises(ss.InputError, match=r"displacement: expected shape \(8,\)"):
-        ss.plot.schematic(scene, np.zeros(3))
+        scene.plot(np.zeros(3))
     plt.close("all")

@@ -105,18 +105,18 @@ def test_ill_posed_spectra(run, arguments, message):
 def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
     diagram = ss.bifurcation(run.scene, {"friction": [0.5, 1.5, 2.2]}, stretch=0.6)
     for draw in (
-        lambda axes: ss.plot.displacement(axes, run, "x2"),
-        lambda axes: ss.plot.phase_portrait(axes, cycle, contact=1),
-        lambda axes: ss.plot.spectrum(axes, run.spectrum("x2")),
-        lambda axes: ss.plot.spectrum(axes, run.spectrum("x2", end=0.1)),
-        lambda axes: ss.plot.overlay(axes, {"friction 1.5": cycle}),
-        lambda axes: ss.plot.bifurcation(diagram, "x2", axes),
+        lambda axes: run.plot("x2", ax=axes),
+        lambda axes: cycle.plot.phase(contact=1, ax=axes),
+        lambda axes: ss.plot.spectrum(run.spectrum("x2"), ax=axes),
+        lambda axes: ss.plot.spectrum(run.spectrum("x2", end=0.1), ax=axes),
+        lambda axes: cycle.plot.outline(label="friction 1.5", ax=axes),
+        lambda axes: diagram.plot("x2", ax=axes),
     ):
         axes = matplotlib.figure.Figure().subplots()
         assert draw(axes) is axes
         assert len(axes.lines) >= 1
     bars = matplotlib.figure.Figure().subplots()
-    assert ss.plot.contact_status(bars, cycle) is bars
+    assert cycle.plot.statuses(ax=bars) is bars
     # Every bar begins anew.
     drawn = sum((artist.get_path().codes == Path.MOVETO).sum() for artist in bars.patches)
     # One bar as long as the status of a contact stays the same.
@@ -125,13 +125,13 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
     # The first contact is on top.
     assert bars.yaxis_inverted()
     with pytest.raises(ss.InputError, match="x99"):
-        ss.plot.displacement(bars, run, "x99")
+        run.plot("x99", ax=bars)
 
 
 def test_statuses_survive_grey(cycle, axes):
     """Each status has a line style and a hatching of its own, whatever its colour turns into."""
     assert len(set(STYLES.values())) == len(set(HATCHES.values())) == 4
-    ss.plot.phase_portrait(axes, cycle)
+    cycle.plot.phase(ax=axes)
     *drawn, slider = [line for line in axes.lines if not line.get_label().startswith("_")]
     assert slider.get_label() == "slider"
     assert len({line.get_linestyle() for line in drawn}) == len(drawn) == 2

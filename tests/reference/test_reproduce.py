@@ -13,7 +13,6 @@ from paper import numbers as published
 from paper.__main__ import main
 from paper.numbers import MISLABELS, MISPRINTS, agrees, last_digit
 
-import stickslip as ss
 from pictures import assert_shown
 
 
@@ -169,10 +168,10 @@ def test_figures_show_the_run():
     from matplotlib.path import Path
 
     run = reproduce.standard_run(0.2)
-    drawn = ss.plot.history(run, ("x1",)).axes[0].lines[0]
+    drawn = run.plot.history(("x1",)).axes[0].lines[0]
     motion = run.sample(drawn.get_xdata()).position.sel(dof="x1")
     assert drawn.get_ydata() == pytest.approx(1e6 * (motion - motion[0]).values)
-    axes = ss.plot.contact_status(Figure().subplots(), run)
+    axes = run.plot.statuses(ax=Figure().subplots())
     spans = sum((artist.get_path().codes == Path.MOVETO).sum() for artist in axes.patches)
     letters = np.array([list(name) for name in (run.start.combination, *run.events.combination)])
     assert spans == 2 + (letters[1:] != letters[:-1]).sum()

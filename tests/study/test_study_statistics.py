@@ -10,7 +10,6 @@ from scipy import stats
 
 import stickslip as ss
 import study_models as models
-from stickslip.study import figures
 
 
 def linear(**values: float) -> ss.Scene:
@@ -174,12 +173,12 @@ def test_figures_draw_on_the_axes_they_are_given() -> None:
     _, rows = plt.subplots(2, 3)
     axes = rows.ravel()
     drawn = [
-        figures.probability(axes[0], ss.study.probability(results, "friction")),
-        figures.distribution(axes[1], results, "amplitude", dof="x1"),
-        figures.sobol_indices(axes[2], indices),
-        figures.morris_effects(axes[3], effects),
-        figures.convergence(axes[4], ss.study.convergence(results)),
-        figures.eigenvalue_moments(axes[5], results, moments, 0),
+        ss.plot.probability(ss.study.probability(results, "friction"), ax=axes[0]),
+        ss.plot.distribution(results, "amplitude", dof="x1", ax=axes[1]),
+        ss.plot.sobol_indices(indices, ax=axes[2]),
+        ss.plot.morris_effects(effects, ax=axes[3]),
+        ss.plot.convergence(ss.study.convergence(results), ax=axes[4]),
+        ss.plot.eigenvalue_moments(results, moments, 0, ax=axes[5]),
     ]
     assert drawn == list(axes)
     assert axes[0].get_xlabel() == "friction coefficient"

@@ -93,17 +93,17 @@ class Basins(Shown):
         facts = [("starts", f"{self.map.size} over {' and '.join(map(str, self.map.dims))}")]
         return Summary(facts, [Table("Attractors", ("number", "attractor", "starts"), rows)])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the map, one shade for each attractor.
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the map, one shade for each attractor, as `ss.plot.basins`; return the Axes.
 
         Parameters
         ----------
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.cycles import figures
+        from stickslip.cycles.diagram_figures import basins
 
-        return figures.basins(self, ax)
+        return basins(self.to_dataset(), ax=ax)
 
     def __repr__(self) -> str:
         listed = "\n".join(f"  {k}: {reached!r}" for k, reached in enumerate(self.attractors))

@@ -62,8 +62,8 @@ class Diagram(Shown):
         count = sum(cycle is not None for cycle in self.cycles)
         return Summary([("cycles", f"{count} at {len(rows)} values")], [Table("Cycles", headings, rows)])
 
-    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw the amplitude of a dof over the parameter, see `plot.bifurcation`.
+    def plot(self, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw the amplitude of a dof over the parameter, as `ss.plot.bifurcation`; return the Axes.
 
         Parameters
         ----------
@@ -72,9 +72,9 @@ class Diagram(Shown):
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.cycles import figures
+        from stickslip.cycles.diagram_figures import bifurcation
 
-        return figures.bifurcation(self, dof, ax)
+        return bifurcation(self.data, dof, ax=ax)
 
 
 @dataclass(frozen=True, repr=False, eq=False)

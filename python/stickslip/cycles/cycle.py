@@ -26,7 +26,7 @@ from stickslip.show.summary import Shown, Summary, Table
 from stickslip.show.units import TIMES, measured, suited
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from stickslip.cycles.figures import CyclePlots
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
@@ -389,20 +389,12 @@ class Cycle(Shown):
         )
         return f"Cycle({lines}, {self.stability}{known})"
 
-    def plot(self, contact: int | str = 0, ax: Axes | None = None) -> Axes:
-        """Draw one period in the phase plane of a contact, by status.
+    @property
+    def plot(self) -> CyclePlots:
+        """Pictures: ``cycle.plot(contact=0)``, a phase plane; ``cycle.plot.energy()`` and others."""
+        from stickslip.cycles.figures import CyclePlots
 
-        Parameters
-        ----------
-        contact
-            Name or index of the contact.
-        ax
-            Where to draw; None: on axes of its own.
-        """
-        from stickslip.motion.figures import phase_portrait
-        from stickslip.show.style import axes_of
-
-        return phase_portrait(axes_of(ax), self.run, contact)
+        return CyclePlots(self)
 
     def summary(self) -> Summary:
         """Return period, stability, multipliers, and a table of the phases with the lines of their modes."""

@@ -1,179 +1,115 @@
-"""Figures of limit cycles and of how they change with a parameter; branches differ in marker and shade."""
+"""Figures of a limit cycle."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import cycle as endless
-from typing import Any
+from typing import Protocol
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 
-from stickslip.cycles.attractors import UNKNOWN
-from stickslip.cycles.cycle import Cycle
-from stickslip.motion.figures import phase_planes, tangential
-from stickslip.scene.checks import Real
-from stickslip.show.style import MARKERS, OVERLAY, axes_of, quantity
-from stickslip.show.units import MICROMETRES, TIMES, measured
-
-#: Samples of one period.
-PERIOD = 4097
+from stickslip.motion.figures import SAMPLES, Moving, MovingPlots, largest, spectrum, tangential
+from stickslip.scene.contact import contact_index, dof_index
+from stickslip.show.plots import axes_of
+from stickslip.show.style import OVERLAY
+from stickslip.show.units import TIMES, measured
 
 
-def limit_cycle(cycle: Cycle) -> Figure:
-    """Return the slip motion of every contact over one period of the limit cycle."""
-    sequence = " → ".join(cycle.combinations)
-    title = f"Limit cycle, period {measured(cycle.period, TIMES, 5)}: {sequence}"
-    return phase_planes(cycle.run, PERIOD, title)
+class Periodic(Protocol):
+    """What can be drawn as a limit cycle: a `Cycle`."""
+
+    @property
+    def run(self) -> Moving:
+        """One period."""
+
+    @property
+    def period(self) -> float:
+        """Its length, s."""
+
+    @property
+    def combinations(self) -> tuple[str, ...]:
+        """The combinations of its phases."""
+
+    def harmonics(self) -> xr.Dataset:
+        """Return its Fourier series."""
 
 
-def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
-    """Draw the limit cycles of several cases in one phase plane of a contact.
+class CyclePlots(MovingPlots[Periodic]):
+    """Pictures of one period of a limit cycle."""
 
-    Parameters
-    ----------
-    axes
-        Where to draw.
-    cycles
-        By the name of the case, such as ``"friction 1.5"``.
-    contact
-        Index of the contact.
-    """
-    for (name, cycle), (colour, style) in zip(cycles.items(), endless(OVERLAY), strict=False):
-        ((_, displaced, velocity),) = tangential(cycle.run, [contact])
+    def __init__(self, cycle: Periodic) -> None:
+        super().__init__(cycle, cycle.run)
+
+    def __call__(self, *, contact: int | str = 0, samples: int = SAMPLES, ax: Axes | None = None) -> Axes:
+        """Draw one period in the phase plane of a contact, by status, as `phase`; return the Axes.
+
+        Parameters
+        ----------
+        contact
+            Name or index of the contact.
+        samples
+            Points of the curve.
+        ax
+            Where to draw; None: on axes of its own.
+
+        Raises
+        ------
+        InputError
+            If there is no such contact.
+        """
+        return self.phase(contact=contact, samples=samples, ax=ax)
+
+    def outline(self, *, contact: int | str = 0, label: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the orbit of a contact about its middle, to compare cycles; return the Axes.
+
+        Each next one on the same axes has another colour and line style.
+
+        Parameters
+        ----------
+        contact
+            Name or index of the contact.
+        label
+            Name of the case for a legend, such as ``"friction 1.5"``.
+        ax
+            Where to draw; None: on axes of its own.
+
+        Raises
+        ------
+        InputError
+            If there is no such contact.
+        """
+        index = contact_index("contact", contact, self._run.scene.contacts)
+        ((_, displaced, velocity),) = tangential(self._run, [index])
+        axes = axes_of(ax)
+        colour, style = OVERLAY[len(axes.lines) % len(OVERLAY)]
         centred = displaced - 0.5 * (displaced.max() + displaced.min())
-        axes.plot(centred, velocity, color=colour, linestyle=style, linewidth=1.2, label=name)
-    axes.set(xlabel="tangential displacement about its middle, µm", ylabel="tangential velocity, m/s")
-    axes.legend(frameon=False, fontsize="small")
-    return axes
+        axes.plot(centred, velocity, color=colour, linestyle=style, linewidth=1.2, label=label)
+        axes.set(xlabel="tangential displacement about its middle, µm", ylabel="tangential velocity, m/s")
+        if label is not None:
+            axes.legend(frameon=False, fontsize="small")
+        return axes
 
+    def spectrum(self, dof: str | None = None, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the exact lines of a dof, those of ``cycle.harmonics()``; return the Axes.
 
-def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw the amplitude of a dof over the parameter, one marker and shade per sequence of combinations.
+        Parameters
+        ----------
+        dof
+            Name of the dof; None: the one that moves most.
+        label
+            Name of the lines for a legend.
+        ax
+            Where to draw; None: on axes of its own.
 
-    Parameters
-    ----------
-    diagram
-        Result of `bifurcation` or `continuation`, or the dataset of such a result. Unstable
-        orbits are hollow markers, orbits of unknown stability are half filled, and values without a cycle are
-        crosses at zero.
-    dof
-        Name of the dof; None: the one with the largest amplitude.
-    ax
-        Where to draw; None: on axes of its own.
-    """
-    data = diagram if isinstance(diagram, xr.Dataset) else diagram.to_dataset()
-    if dof is None:
-        largest = data.amplitude.fillna(0.0).to_numpy().max(axis=0, initial=0.0)
-        dof = str(data.dof.to_numpy()[largest.argmax()])
-    axes = axes_of(ax)
-    along = str(data.amplitude.dims[0])
-    # A traced branch runs over its points, with the parameter as a coordinate.
-    parameter = next((str(name) for name in data.coords if name not in (along, "dof", "order")), along)
-    values = data[parameter].to_numpy()
-    amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
-    sequences = data.sequence.to_numpy()
-    stability = data.stability.to_numpy()
-    known = {"stable": "full", "unstable": "none"}
-    fills = np.array([known.get(verdict, "left") for verdict in stability])
-    named = [name for name in dict.fromkeys(sequences) if name]
-    shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
-    for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
-        here = sequences == name
-        colour = (0.1 + 0.6 * shade, 0.1 + 0.75 * shade, 0.35 + 0.5 * shade)
-        label: str | None = _shortened(name)
-        for fill in ("full", "none", "left"):
-            chosen = here & (fills == fill)
-            if chosen.any():
-                axes.plot(
-                    values[chosen],
-                    amplitude[chosen],
-                    marker,
-                    markersize=3.5,
-                    color=colour,
-                    fillstyle=fill,
-                    markerfacecoloralt="none",
-                    linestyle="none",
-                    label=label,
-                )
-                label = None
-    if "left" in fills[sequences != ""]:
-        axes.plot(
-            [],
-            [],
-            "o",
-            color="black",
-            fillstyle="left",
-            markerfacecoloralt="none",
-            markersize=3.5,
-            linestyle="none",
-            label="stability not known",
-        )
-    other = sequences == ""
-    if other.any():
-        axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")
-    axes.set(xlabel=quantity(parameter), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
-    axes.legend(frameon=False, fontsize="x-small", loc="lower right")
-    return axes
+        Raises
+        ------
+        InputError
+            If the dof is unknown.
+        """
+        lines = self._result.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
+        dofs = self._run.scene.dofs
+        named = largest(lines) if dof is None else lines.isel(dof=dof_index("dof", dof, dofs))
+        return spectrum(named, label=label, ax=ax)
 
-
-def basins(found: Any, ax: Axes | None = None) -> Axes:
-    """Draw the attractor that each start reaches; a colour bar names the attractors.
-
-    Parameters
-    ----------
-    found
-        Result of `basins`, or its dataset. White cells have no start, because it would violate its
-        combination; hatched cells were not computed, because the search was interrupted.
-    ax
-        Where to draw; None: on axes of its own.
-    """
-    data = found if isinstance(found, xr.Dataset) else found.to_dataset()
-    reached = data.reached
-    first, second = (str(name) for name in reached.dims)
-    count = data.sizes["attractor"]
-    labels = [
-        kind if kind != "cycle" else f"{measured(period, TIMES, 4)}: {_shortened(sequence)}"
-        for kind, period, sequence in zip(
-            data.kind.to_numpy(), data.period.to_numpy(), data.sequence.to_numpy(), strict=True
-        )
-    ]
-    axes = axes_of(ax)
-    across, upward = _edges(reached[first].to_numpy()), _edges(reached[second].to_numpy())
-    place = reached.to_numpy().T.astype(float)
-    shades = [
-        (0.1 + 0.75 * k / max(count - 1, 1),) * 2 + (0.5 + 0.45 * k / max(count - 1, 1),)
-        for k in range(count)
-    ]
-    if count:
-        drawn = axes.pcolormesh(
-            across,
-            upward,
-            np.ma.masked_less(place, 0.0),
-            cmap=ListedColormap(shades),
-            norm=BoundaryNorm(np.arange(count + 1) - 0.5, count),
-        )
-        bar = axes.figure.colorbar(drawn, ax=axes, ticks=np.arange(count))
-        bar.ax.set_yticklabels(labels, fontsize="x-small")
-    if (place == UNKNOWN).any():
-        missing = np.ma.masked_not_equal(place, UNKNOWN)
-        axes.pcolor(across, upward, missing, hatch="///", alpha=0.0)
-    abscissa, ordinate = (quantity(name, reached[name].attrs.get("units", "")) for name in (first, second))
-    axes.set(xlabel=abscissa, ylabel=ordinate)
-    return axes
-
-
-def _edges(values: Real) -> Real:
-    """Return the borders of the cells about some values; a single one has a cell of its size."""
-    if values.size == 1:
-        half = 0.5 * (abs(values[0]) or 1.0)
-        return np.array([values[0] - half, values[0] + half])
-    middles = 0.5 * (values[1:] + values[:-1])
-    return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])
-
-
-def _shortened(sequence: str) -> str:
-    return sequence if len(sequence) <= 40 else f"{sequence[:37]}..."
+    def _title(self) -> str:
+        sequence = " → ".join(self._result.combinations)
+        return f"Limit cycle, period {measured(self._result.period, TIMES, 5)}: {sequence}"

@@ -66,8 +66,10 @@ class FrequencyResponse(Shown):
         facts = [("orbits", f"{len(self.cycles)}, {stable} of them stable")]
         return Summary(facts, [Table("Largest answers", ("dof", "|x - mean|, m", "frequency, Hz"), rows)])
 
-    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw the answer of a dof over the frequency, unstable orbits hollow, beside the linear one.
+    def plot(self, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw the response of a dof over the frequency, unstable orbits hollow; return the Axes.
+
+        The grey line is the linear response.
 
         Parameters
         ----------
@@ -81,7 +83,8 @@ class FrequencyResponse(Shown):
         InputError
             If the dof is not among those of the response.
         """
-        from stickslip.show.style import axes_of
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import STABLE
 
         names = [str(name) for name in self.data.dof.to_numpy()]
         if dof is None:
@@ -91,12 +94,10 @@ class FrequencyResponse(Shown):
             raise InputError(f"dof: the response has no dof {dof!r}{nearest(str(dof), names)}")
         axes, of = axes_of(ax), self.data.sel(dof=dof)
         axes.plot(self.data.linear_frequency, of.linear, color="0.6", linewidth=1.0, label="linear")
-        for is_stable, filled, label in ((True, "#4477aa", "stable"), (False, "white", "not stable")):
+        for is_stable, filled, label in ((True, STABLE, "stable"), (False, "white", "not stable")):
             chosen = of.isel(point=np.flatnonzero(self.data.stable.to_numpy() == is_stable))
             if chosen.sizes["point"]:
-                axes.plot(
-                    chosen.frequency, chosen.response, "o", color="#4477aa", mfc=filled, ms=4, label=label
-                )
+                axes.plot(chosen.frequency, chosen.response, "o", color=STABLE, mfc=filled, ms=4, label=label)
         axes.set(xlabel="frequency of the load, Hz", ylabel=f"largest |{dof} - mean|, m")
         axes.legend(frameon=False, fontsize="small")
         return axes

@@ -93,8 +93,8 @@ class ModeSelection(Shown):
         headings = ("mode", "frequency, Hz", "growth rate, 1/s", "closes at, m", "with, J", "")
         return Summary(tables=[Table(f"Unstable modes of {self.combination}", headings, rows)])
 
-    def plot(self, over: Literal["amplitude", "energy"] = "amplitude", ax: Axes | None = None) -> Axes:
-        """Draw the energy that every mode gains per period, part of its own.
+    def plot(self, *, over: Literal["amplitude", "energy"] = "amplitude", ax: Axes | None = None) -> Axes:
+        """Draw the energy that every mode gains per period, part of its own; return the Axes.
 
         Parameters
         ----------
@@ -103,7 +103,8 @@ class ModeSelection(Shown):
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.show.style import CONTACT, axes_of
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import CONTACT
 
         axes = axes_of(ax)
         factor, label = {"amplitude": (1e6, "amplitude of the mode, µm"), "energy": (1e3, "energy, mJ")}[over]

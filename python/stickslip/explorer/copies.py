@@ -86,13 +86,11 @@ def _plain(value: Any) -> Any:
 
 def drawn(wanted: Wanted) -> bytes:
     """Return a figure of the limit cycle, or of the motion where there is none, as PDF."""
-    from stickslip.plot import history, limit_cycle
-
     run = _run(wanted, _duration(wanted, wanted.scene()))
     try:
-        figure = limit_cycle(run.limit_cycle(time_limit=PATIENCE[1]))
+        figure = run.limit_cycle(time_limit=PATIENCE[1]).plot.phase_planes()
     except RuntimeError:
-        figure = history(run)
+        figure = run.plot.history()
     stream = io.BytesIO()
     save(figure, stream, form="pdf")
     return stream.getvalue()

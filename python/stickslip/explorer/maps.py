@@ -42,19 +42,20 @@ def loci(wanted: Wanted) -> dict[str, Any]:
         )
     except StickslipError as error:
         return {"error": f"No root loci: {error}."}
-    eigenvalue = found.eigenvalue.to_numpy().T
-    eigenvalue = shown_growth(eigenvalue.real, found.unstable.to_numpy().T) + 1j * eigenvalue.imag
+    imaginary, unstable = found.eigenvalue.to_numpy().T.imag, found.unstable.to_numpy().T
     # Of a pair of conjugates one; a branch may meet the real axis and come back on either side.
-    upper = eigenvalue[np.max(eigenvalue.imag, axis=1) > 0.0]
-    upper = upper[np.mean(upper.imag, axis=1) >= 0.0]
-    real = eigenvalue[(np.abs(eigenvalue.imag).max(axis=1) == 0.0)]
-    branches = np.concatenate([upper, real])
+    upper = (imaginary.max(axis=1) > 0.0) & (imaginary.mean(axis=1) >= 0.0)
+    real = np.abs(imaginary).max(axis=1) == 0.0
+    listed = np.concatenate([np.flatnonzero(upper), np.flatnonzero(real)])
+    branches, unstable = found.eigenvalue.to_numpy().T[listed], unstable[listed]
+    growth = shown_growth(branches.real, unstable)
     exists = found.steady_sliding.to_numpy()
     return {
         "error": None,
         "branches": len(branches),
-        "growth": packed(np.where(exists, branches.real, np.nan)),
+        "growth": packed(np.where(exists, growth, np.nan)),
         "frequency": packed(np.where(exists, np.abs(branches) / (2.0 * np.pi), np.nan)),
+        "unstable": packed(unstable),
         "hopf": [
             {"value": point.value, "frequency": point.frequency}
             for point in points
@@ -67,27 +68,29 @@ def loci(wanted: Wanted) -> dict[str, Any]:
 def verdicts(wanted: Wanted) -> dict[str, Any]:
     """Return the largest growth rate over two parameters, in rows of one value of ``y`` each.
 
-    `NaN` stands where there is no steady sliding. ``seconds``, how long it took, tells what a finer map will
-    take.
+    ``unstable`` says where a mode grows by more than rounding. `NaN` stands where there is no steady sliding.
+    ``seconds``, how long it took, tells what a finer map will take.
     """
     (x, left, right), (y, low, high) = wanted.axis("x"), wanted.axis("y")
     columns, rows = wanted.whole("columns", CELLS), wanted.whole("rows", CELLS)
     begun = time.perf_counter()
     first, second = np.meshgrid(np.linspace(left, right, columns), np.linspace(low, high, rows))
     fixed = wanted.fixed(x, y)
-    growth = np.empty((rows, columns))
+    growth, unstable = np.empty((rows, columns)), np.empty((rows, columns), dtype=bool)
     try:
         # The second row tells how long the others will take; the first also loads what computes it.
         for part in (slice(0, 1), slice(1, 2), slice(2, rows)):
             before = time.perf_counter()
             samples: dict[str, Any] = {**fixed, x: first[part].ravel(), y: second[part].ravel()}
             found = stability(wanted.explored.family.given, samples)
-            rates = shown_growth(found.growth_rate.to_numpy(), found.unstable_modes.to_numpy() > 0)
+            grows = found.unstable_modes.to_numpy() > 0
+            rates = shown_growth(found.growth_rate.to_numpy(), grows)
             rates = np.where(found.steady_sliding.to_numpy(), rates, np.nan)
-            growth[part] = rates.reshape(-1, columns)
+            growth[part], unstable[part] = rates.reshape(-1, columns), grows.reshape(-1, columns)
             expected = rows * (time.perf_counter() - before)
             if part.start == 1 and expected > LONGEST:
                 return {"error": f"The map is left out: it would take {expected:.0f} s."}
     except InputError as error:
         return {"error": f"No map: {error}."}
-    return {"error": None, "growth": packed(growth), "seconds": time.perf_counter() - begun}
+    sent = {"growth": packed(growth), "unstable": packed(unstable)}
+    return {"error": None, **sent, "seconds": time.perf_counter() - begun}

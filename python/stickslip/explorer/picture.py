@@ -94,6 +94,7 @@ def _modes(modes: Modes) -> dict[str, Any]:
         "combination": modes.combination,
         "growth": shown_growth(modes.eigenvalues.real, modes.unstable)[upper].tolist(),
         "frequency": modes.frequencies[upper].tolist(),
+        "unstable": modes.unstable[upper].tolist(),
     }
 
 

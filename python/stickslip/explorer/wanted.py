@@ -14,7 +14,7 @@ from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
-from stickslip.modes.schematic import Schematic, meshed, schematic
+from stickslip.scene.drawing.schematic import Schematic, structure
 from stickslip.scene.known import Known
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
@@ -25,8 +25,8 @@ from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTAB
 PATIENCE = (0.02, 5.0)
 #: Values of a parameter over which loci are followed, cells of a map in one direction, s of sound.
 VALUES, CELLS, SECONDS = (5, 301), (3, 96), (0.1, 20.0)
-#: Dofs whose displacements go to the page, of a schematic and of a mesh; a finer mesh is drawn as the former.
-DOFS, MESHED = 64, 1200
+#: Dofs whose displacements go to the page of a scene without a mesh.
+DOFS = 64
 #: Kinds of starts.
 STARTS = ("file", "mode", "kick", "on")
 
@@ -75,17 +75,13 @@ class Explored:
     @cached_property
     def schematic(self) -> Schematic:
         """The drawing of the scene: its mesh, where one is known and not too fine."""
-        mesh = self.scene.mesh
-        drawn = None if mesh is None else meshed(mesh)
-        if drawn is not None and sum(len(body.along) for body in drawn.bodies) <= MESHED:
-            return drawn
-        return schematic(self.scene, self.known.columns)
+        return structure(self.scene, self.known.columns)
 
     @cached_property
     def sent(self) -> list[int]:
         """The dofs that move the bodies of the drawing."""
         moving = {dof for body in self.schematic.bodies for dof, _, _ in body.along}
-        return sorted(moving)[: MESHED if self.schematic.faces else DOFS]
+        return sorted(moving)[: None if self.schematic.faces else DOFS]
 
     @cached_property
     def told(self) -> dict[str, Any]:

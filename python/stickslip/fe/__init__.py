@@ -6,7 +6,6 @@ displacements of either scene -> `write_vtu`.
 
 from stickslip.fe.assembly import assemble
 from stickslip.fe.body import Body
-from stickslip.fe.drawing import draw
 from stickslip.fe.elastic import ring
 from stickslip.fe.formats.readers import read
 from stickslip.fe.pairs import Pairs, contact_pairs
@@ -23,7 +22,6 @@ __all__ = [
     "Surface",
     "assemble",
     "contact_pairs",
-    "draw",
     "read",
     "reduce",
     "ring",

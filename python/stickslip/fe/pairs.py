@@ -86,33 +86,47 @@ class Pairs(Shown):
             [("unpaired nodes", str(self.unpaired.size))], [Table("Contact pairs", headings, rows)]
         )
 
-    def plot(self, values: ArrayLike, ax: Axes | None = None, *, label: str = "") -> Axes:
-        """Draw a quantity of every pair where it lies: in space as colours, in the plane as a curve.
+    def plot(self, values: ArrayLike, *, label: str = "", ax: Axes | None = None) -> Axes:
+        """Draw a quantity of every pair where it lies, as colours or as a curve; return the Axes.
 
-        Pairs in space are seen along the coordinate axis along which they are least wide, pairs in the plane
-        stand over the axis along which they are widest; coordinates are in mm.
+        Pairs in space are coloured and seen along the coordinate axis along which they are least wide; pairs
+        in the plane are a curve over the axis along which they are widest. Coordinates are in mm.
 
         Parameters
         ----------
         values
             One number per pair, (k,), such as its power; colours are red above and blue below zero.
-        ax
-            Where to draw; None: on axes of its own.
         label
             Name of the quantity, with its unit.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
+        ax
+            Where to draw; None: on axes of its own.
 
         Raises
         ------
         InputError
             If it is not one finite number per pair.
         """
-        from stickslip.fe.drawing import draw_pairs
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import UNSTABLE
 
-        return draw_pairs(self.points, values, ax, label)
+        points, shown = self.points, real_array("values", values, 1)
+        if shown.shape != (len(points),) or not np.isfinite(shown).all():
+            raise InputError(f"values: expected {len(points)} finite numbers, one per pair, got {shown}")
+        axes = axes_of(ax)
+        wide = np.sort(np.argsort(-np.ptp(points, axis=0), kind="stable")[:2])
+        if points.shape[1] == 2:
+            wide = wide[np.ptp(points[:, wide], axis=0).argmax()]
+            order = np.argsort(points[:, wide])
+            axes.plot(1e3 * points[order, wide], shown[order], "o-", color=UNSTABLE)
+            axes.set(xlabel=f"{'xy'[wide]}, mm", ylabel=label)
+            return axes
+        largest = np.abs(shown).max() or 1.0
+        x, y = 1e3 * points[:, wide].T
+        spots = axes.scatter(x, y, c=shown, cmap="coolwarm", vmin=-largest, vmax=largest, edgecolor="black")
+        axes.figure.colorbar(spots, ax=axes, label=label)
+        axes.set(xlabel=f"{'xyz'[wide[0]]}, mm", ylabel=f"{'xyz'[wide[1]]}, mm")
+        axes.set_aspect("equal", adjustable="datalim")
+        return axes
 
 
 def contact_pairs(

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
@@ -18,14 +17,23 @@ from stickslip.faults import InputError
 from stickslip.locus.points import CriticalPoint
 from stickslip.modes.modes import shown_growth
 from stickslip.scene.checks import described
+from stickslip.show.plots import figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE, quantity
 
 #: Shades of growth, and as many of decay, in a map of stability.
 LEVELS = 12
 
 
-def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[CriticalPoint] = ()) -> Figure:
-    """Return growth rates and frequencies of tracked branches over their parameter (the paper's Fig. 3).
+def loci(
+    branches: xr.Dataset,
+    *,
+    slow: bool = True,
+    critical: Sequence[CriticalPoint] = (),
+    figure: FigureBase | None = None,
+) -> Figure:
+    """Return a Figure of growth rates and frequencies of branches over their parameter (the paper's Fig. 3).
+
+    Unstable parts are red and thick.
 
     Parameters
     ----------
@@ -36,6 +44,8 @@ def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[Critical
         damped branches would lie on one line.
     critical
         Result of `critical_points`: rings mark its Hopf points.
+    figure
+        Where to draw, with two panels or none; None: in a new one.
 
     Raises
     ------
@@ -45,16 +55,35 @@ def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[Critical
     parameters = _parameters(branches)
     if len(parameters) != 1:
         raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    growth, frequency = figure.subplots(1, 2)
-    draw_loci(growth, frequency, branches, slow, critical)
-    named = [Line2D([], [], color=STABLE, label="stable"), Line2D([], [], color=UNSTABLE, label="unstable")]
-    if any(point.kind == "hopf" for point in critical):
-        named.append(
-            Line2D([], [], marker="o", color="black", fillstyle="none", linestyle="none", label="Hopf point")
-        )
-    figure.legend(handles=named, frameon=False, loc="outside upper center", ncols=3)
-    return figure
+    (name,) = parameters
+    drawn, (growth, frequency) = panels_of(figure, (1, 2), (9.0, 4.2))
+    order = np.argsort(branches[name].to_numpy())
+    values = branches[name].to_numpy()[order]
+    eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
+    unstable = branches.unstable.transpose(name, "branch").to_numpy()[order]
+    for branch, growing in zip(eigenvalue.T, unstable.T, strict=True):
+        if (branch.imag < 0.0).all():
+            continue
+        for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
+            axes.plot(values, ordinate, color=STABLE, linewidth=1.2)
+            axes.plot(values, np.where(growing, ordinate, np.nan), color=UNSTABLE, linewidth=1.8)
+    growth.axhline(0.0, color="black", linewidth=0.6)
+    handles = [Line2D([], [], color=STABLE, label="stable"), Line2D([], [], color=UNSTABLE, label="unstable")]
+    hopf = [point for point in critical if point.kind == "hopf"]
+    for axes, ordinates in ((growth, [0.0] * len(hopf)), (frequency, [point.frequency for point in hopf])):
+        if hopf:
+            places = [point.value for point in hopf]
+            rings = axes.plot(places, ordinates, "o", color="black", fillstyle="none", label="Hopf point")
+            handles = [*handles[:2], *rings]
+    if slow:
+        top = eigenvalue.real.max()
+        reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
+        if reach > 0.0:
+            growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
+    growth.set(xlabel=quantity(name), ylabel="growth rate, 1/s")
+    frequency.set(xlabel=quantity(name), ylabel="|eigenvalue| / 2π, Hz")
+    drawn.legend(handles=handles, frameon=False, loc="outside upper center", ncols=3)
+    return figure_of(drawn)
 
 
 def _parameters(branches: xr.Dataset) -> list[str]:
@@ -63,54 +92,8 @@ def _parameters(branches: xr.Dataset) -> list[str]:
     return [str(name) for name in branches.eigenvalue.dims if name != "branch"]
 
 
-def draw_loci(
-    growth: Axes,
-    frequency: Axes,
-    branches: xr.Dataset,
-    slow: bool = True,
-    critical: Sequence[CriticalPoint] = (),
-) -> None:
-    """Draw the branches of `loci` on your axes; unstable parts are thick.
-
-    Parameters
-    ----------
-    growth, frequency
-        Where to draw real parts and frequencies.
-    branches, slow, critical
-        As for `loci`.
-    """
-    (name,) = _parameters(branches)
-    order = np.argsort(branches[name].to_numpy())
-    values = branches[name].to_numpy()[order]
-    eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
-    unstable = branches.unstable.transpose(name, "branch").to_numpy()[order]
-    # One name of each kind for a legend of these axes; the others bear it after a bar.
-    bar = ""
-    for branch, growing in zip(eigenvalue.T, unstable.T, strict=True):
-        if (branch.imag < 0.0).all():
-            continue
-        for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
-            grows = np.where(growing, ordinate, np.nan)
-            axes.plot(values, ordinate, color=STABLE, linewidth=1.2, label=f"{bar}stable")
-            axes.plot(values, grows, color=UNSTABLE, linewidth=1.8, label=f"{bar}unstable")
-        bar = "_"
-    growth.axhline(0.0, color="black", linewidth=0.6)
-    hopf = [point for point in critical if point.kind == "hopf"]
-    for axes, ordinates in ((growth, [0.0] * len(hopf)), (frequency, [point.frequency for point in hopf])):
-        if hopf:
-            places = [point.value for point in hopf]
-            axes.plot(places, ordinates, "o", color="black", fillstyle="none", label="Hopf point")
-    if slow:
-        top = eigenvalue.real.max()
-        reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
-        if reach > 0.0:
-            growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
-    growth.set(xlabel=quantity(name), ylabel="growth rate, 1/s")
-    frequency.set(xlabel=quantity(name), ylabel="|eigenvalue| / 2π, Hz")
-
-
-def stability_map(branches: xr.Dataset) -> Figure:
-    """Return where sliding is stable over two parameters: largest growth rate and number of unstable modes.
+def stability_map(branches: xr.Dataset, *, figure: FigureBase | None = None) -> Figure:
+    """Return a Figure of the largest growth rate and the number of unstable modes over two parameters.
 
     The border of stability, where the largest growth rate is zero, is the black line of both panels. It is
     interpolated linearly between the values of the sweep, so a finer sweep makes it smoother. If no more than
@@ -120,6 +103,8 @@ def stability_map(branches: xr.Dataset) -> Figure:
     ----------
     branches
         A sweep over two parameters, at least two values of each.
+    figure
+        Where to draw, with as many panels or none; None: in a new one.
 
     Raises
     ------
@@ -145,24 +130,24 @@ def stability_map(branches: xr.Dataset) -> Figure:
     ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)
     most = int((ranked > 0.0).any(axis=(1, 2)).sum())
     panels = 1 if most < 2 else 2
-    figure = Figure(figsize=(0.8 + 4.1 * panels, 4.2), layout="constrained")
-    left, *right = figure.subplots(1, panels, sharex=True, sharey=True, squeeze=False)[0]
+    size = (0.8 + 4.1 * panels, 4.2)
+    drawn, (left, *right) = panels_of(figure, (1, panels), size, sharex=True, sharey=True)
     levels = MaxNLocator(2 * LEVELS, symmetric=True).tick_values(-reach, reach)
     shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
     ticks = MaxNLocator(8, symmetric=True)
-    figure.colorbar(shades, ax=left, label="largest growth rate, 1/s", ticks=ticks)
+    drawn.colorbar(shades, ax=left, label="largest growth rate, 1/s", ticks=ticks)
     shade = colormaps["Reds"].resampled(most + 2)
     for axes in right:
         for rank, real in enumerate(ranked[:most], start=1):
             axes.contourf(*grid, real, levels=[0.0, 2.0 * reach], colors=[shade(rank)])
         edges = BoundaryNorm(np.arange(most + 2) - 0.5, most + 1)
         number = ScalarMappable(edges, ListedColormap(shade(range(most + 1))))
-        figure.colorbar(number, ax=axes, label="number of unstable modes", ticks=np.arange(most + 1))
+        drawn.colorbar(number, ax=axes, label="number of unstable modes", ticks=np.arange(most + 1))
         axes.set_facecolor(shade(0))
     for axes in (left, *right):
         if growth.min() < 0.0 < growth.max():
             axes.contour(*grid, growth, levels=[0.0], colors="black", linewidths=1.2)
         axes.set_xlabel(quantity(across, branches[across].attrs.get("units", "")))
     left.set_ylabel(quantity(upward, branches[upward].attrs.get("units", "")))
-    figure.suptitle("Stability of sliding (black: its border)")
-    return figure
+    drawn.suptitle("Stability of sliding (black: its border)")
+    return figure_of(drawn)

@@ -104,11 +104,11 @@ def complex_modes(
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)
     if near is None and region is None:
-        return Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
+        return Modes(combination=chosen, dofs=scene.dofs, scene=scene, **scene.core.modes(chosen))
     matrices = scene.core.sparse_pencil(chosen)
     size = matrices[0][2].size - 1
     if size <= FEW:
-        modes = Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
+        modes = Modes(combination=chosen, dofs=scene.dofs, scene=scene, **scene.core.modes(chosen))
         upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
         if region is not None:
             return _bordered(modes, region)
@@ -235,7 +235,7 @@ def judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -
     return Modes(
         combination=combination,
         dofs=scene.dofs,
-        mesh=scene.mesh,
+        scene=scene,
         mass=mass,
         damping=damping,
         stiffness=stiffness,

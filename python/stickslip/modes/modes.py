@@ -12,19 +12,13 @@ import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Flags, Index, Matrix, Real, real_array, shown_statuses
-from stickslip.scene.known import Column
-from stickslip.scene.scene import Scene, checked
-from stickslip.show.mesh import Mesh
+from stickslip.scene.scene import Scene
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.axes import Axes
 
-
-#: Numbers of modes that a drawing bears.
-LABELLED = 24
+    from stickslip.modes.figures import ModesPlots
 
 
 class Mode(NamedTuple):
@@ -91,8 +85,8 @@ class Modes(Shown):
         quadrature. 0 of all modes; None near given points, where it is not known.
     doubts
         What could not be settled about a band, in words; empty if nothing.
-    mesh
-        Where the dofs of the scene lie; None: not known.
+    scene
+        The scene whose modes they are.
     """
 
     combination: str
@@ -110,9 +104,9 @@ class Modes(Shown):
     damping: Matrix
     stiffness: Matrix
     dofs: tuple[str, ...]
+    scene: Scene
     missing: float | None = 0.0
     doubts: tuple[str, ...] = ()
-    mesh: Mesh | None = None
 
     @cached_property
     def right(self) -> Complex:
@@ -240,79 +234,12 @@ class Modes(Shown):
             wanted &= (self.eigenvalues.imag != 0.0) == oscillating
         return tuple(self[int(number)] for number in np.flatnonzero(wanted))
 
-    def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        number: int | None = None,
-        scene: Scene | None = None,
-        columns: Sequence[Column] = (),
-    ) -> Axes:
-        """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
+    @property
+    def plot(self) -> ModesPlots:
+        """Pictures: ``modes.plot()``, the eigenvalues; ``modes.plot.shapes()`` and others."""
+        from stickslip.modes.figures import ModesPlots
 
-        Parameters
-        ----------
-        ax
-            Where to draw, a mesh in space on axes of ``projection="3d"``; None: on axes of its own.
-        number
-            Number of a mode whose shape is drawn in place of the eigenvalues, on the mesh of the scene: the
-            real part displaces the mesh, the modulus colours it. None: the eigenvalues are drawn.
-        scene
-            The scene of these modes. If it is given, the mode `number`, by default the least stable one, is
-            drawn in the schematic of the scene (`ss.plot.schematic`), with the orbits of the bodies.
-        columns
-            Places of the masses of `scene`, if they are known; see `ss.plot.schematic`.
-
-        Raises
-        ------
-        InputError
-            If there is no mode of that number, the scene has no points, or `scene` has other dofs.
-        """
-        from stickslip.show.style import STABLE, UNSTABLE, axes_of
-
-        if scene is not None:
-            from stickslip.modes.drawing import draw_moving
-
-            shape, colour, title = self._drawable(scene, number)
-            axes = axes_of(ax)
-            draw_moving(scene, shape, colour, columns, axes)
-            axes.set_title(title)
-            return axes
-        if number is not None:
-            if number not in range(len(self)):
-                raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
-            if self.mesh is None:
-                raise InputError(
-                    "number: the scene has no points; ss.plot.shapes(modes) draws shapes over dofs, "
-                    "modes.plot(scene=scene) in the scene"
-                )
-            from stickslip.show.mesh_figure import draw_mesh
-
-            title = (
-                f"mode {number}: {self.frequencies[number]:.2f} Hz, {self.eigenvalues[number].real:.4g} 1/s"
-            )
-            return draw_mesh(self.mesh, self.shapes[:, number], ax, None, title)
-        axes = axes_of(ax)
-        upper = self.eigenvalues.imag >= 0.0
-        for grows, colour, marker, label in (
-            (False, STABLE, "o", "stable"),
-            (True, UNSTABLE, "^", "unstable"),
-        ):
-            chosen = np.flatnonzero(upper & (self.unstable == grows))
-            axes.plot(
-                self.eigenvalues[chosen].real, self.frequencies[chosen], marker, color=colour, label=label
-            )
-            for number in chosen[:LABELLED]:
-                place = (self.eigenvalues[number].real, self.frequencies[number])
-                axes.annotate(str(number), place, textcoords="offset points", xytext=(5, 3), fontsize="small")
-        axes.axvline(0.0, color="black", linewidth=0.6)
-        axes.set(
-            xlabel="growth rate, 1/s",
-            ylabel="frequency, Hz",
-            title=f"Modes of {shown_statuses(self.combination)}",
-        )
-        axes.legend(frameon=False, fontsize="small")
-        return axes
+        return ModesPlots(self)
 
     def to_dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
@@ -361,48 +288,6 @@ class Modes(Shown):
         )
         change = "neither grows nor decays" if self.marginal[mode] else change
         return f"{self.frequencies[mode]:.2f} Hz, {change}"
-
-    def _drawable(self, scene: Scene, number: int | None) -> tuple[Complex, str, str]:
-        """Return shape, colour and title of a mode to be drawn in its scene."""
-        from stickslip.show.style import STABLE, UNSTABLE
-
-        chosen = int(np.argmax(self.eigenvalues.real)) if number is None else number
-        if chosen not in range(len(self)):
-            raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
-        if checked(scene).dofs != self.dofs:
-            raise InputError(f"scene: expected the scene of the modes, with the dofs {', '.join(self.dofs)}")
-        title = f"mode {chosen}: {self.described(chosen)}"
-        return self.shapes[:, chosen], UNSTABLE if self.unstable[chosen] else STABLE, title
-
-    def animate(
-        self, scene: Scene, number: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
-    ) -> FuncAnimation:
-        """Return one period of a mode in the drawing of its scene, every body in its own phase.
-
-        Growth and decay are left out. Save it with ``.save("mode.gif", writer="pillow")``, or show it with
-        ``.to_jshtml()``.
-
-        Parameters
-        ----------
-        scene
-            The scene of these modes.
-        number
-            Number of the mode; None: the least stable one.
-        columns
-            Places of the masses, if they are known; see `ss.plot.schematic`.
-        frames
-            Pictures of the period, >= 2.
-
-        Raises
-        ------
-        InputError
-            If the mode does not exist, the scene is another one, or there are too few frames.
-        """
-        from stickslip.modes.drawing import animated_shape
-        from stickslip.scene.checks import whole_number
-
-        count = whole_number("frames", frames, 2)
-        return animated_shape(scene, *self._drawable(scene, number), columns, count)
 
     def summary(self) -> Summary:
         """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""

@@ -10,6 +10,7 @@ import xarray as xr
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
+from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
 from stickslip.scene.laws.friction import Law
@@ -57,13 +58,7 @@ def orbit(
     chosen = (
         list(range(len(modes.dofs))) if dofs is None else [dof_index("dofs", d, modes.dofs) for d in dofs]
     )
-    rate = abs(eigenvalue.imag) / (2.0 * np.pi) or abs(eigenvalue)
-    if rate == 0.0:
-        raise InputError(f"mode: {mode} has eigenvalue 0 and no time of its own")
-    if not (periods > 0.0 and samples >= 2):
-        raise InputError(f"orbit: expected periods > 0 and samples >= 2, got {periods!r} and {samples!r}")
-    times = np.linspace(0.0, periods / rate, samples)
-    motion = (np.exp(eigenvalue * times)[:, None] * shape[chosen]).real
+    times, motion = spiral(eigenvalue, shape[chosen], periods, samples)
     names = [modes.dofs[k] for k in chosen]
     return xr.DataArray(
         motion,

@@ -72,15 +72,16 @@ class StatusTable(Shown):
         headings = ("combination", *(f"pair {k}" for k in range(width)))
         return Summary(tables=[Table(caption, headings, rows)])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the frequencies of every combination, those of unstable modes in red.
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the frequencies of every combination, those of unstable modes in red; return the Axes.
 
         Parameters
         ----------
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import STABLE, UNSTABLE
 
         axes = axes_of(ax)
         names = self.data.combination.to_numpy()

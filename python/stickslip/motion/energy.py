@@ -16,7 +16,8 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
+
+    from stickslip.motion.energy_figures import BalancePlots
 
 #: Order of the statuses in tables.
 STATUSES = ("+", "-", "s", "d")
@@ -137,33 +138,12 @@ class Balance(Shown):
         part = f", {abs(self.residual) / self.turnover:.1e} of the turnover" if self.turnover else ""
         return f"the balance does not close{part}"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw every work as a bar; work into the structure is positive.
+    @property
+    def plot(self) -> BalancePlots:
+        """Pictures: ``balance.plot()``, the works as bars; ``balance.plot.flow()``."""
+        from stickslip.motion.energy_figures import BalancePlots
 
-        Parameters
-        ----------
-        ax
-            Where to draw; None: on axes of its own.
-        """
-        from stickslip.show.style import axes_of
-
-        axes = axes_of(ax)
-        rows = self.rows()
-        # Indented rows are the contacts, parts of the row above them: thinner bars with their own name.
-        parts = [name.startswith(" ") for name, *_ in rows]
-        names = [
-            f"of contact {name.strip()}" if part else name
-            for (name, *_), part in zip(rows, parts, strict=True)
-        ]
-        values = 1e3 * np.array([value for _, value, _ in rows])
-        places = np.arange(values.size)
-        colours = np.where(values < 0.0, "#cc3311", "#4477aa").tolist()
-        axes.barh(places, values, np.where(parts, 0.3, 0.8), color=colours)
-        axes.set_yticks(places, names)
-        axes.invert_yaxis()
-        axes.axvline(0.0, color="black", linewidth=0.6)
-        axes.set(xlabel="work, mJ", title=f"Energy from {self.start:g} s to {self.end:g} s")
-        return axes
+        return BalancePlots(self)
 
     def to_dataset(self) -> xr.Dataset:
         """Return the terms, J, with `dampers` over ``damper``, and what `contacts` and `combinations` hold.

@@ -148,15 +148,16 @@ class Events(Sequence[Event], Shown):
         """Return a `pandas.DataFrame` with the columns of `to_dataset`, one row per event."""
         return self.to_dataset().to_dataframe()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw every event over time as a stroke, a row for each contact and in it a lane for each kind.
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw events over time, a row for each contact, in it a lane for each kind; return the Axes.
 
         Parameters
         ----------
         ax
             Where to draw; None: on axes of its own.
         """
-        from stickslip.show.style import COLOURS, CONTACT, axes_of
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import COLOURS, CONTACT
 
         axes = axes_of(ax)
         own = self.kind != LOAD

@@ -20,7 +20,8 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
+
+    from stickslip.motion.figures import MotionPlots
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -345,28 +346,12 @@ class Motion(Shown):
         counted = f"{len(self.events)} events, {len(self.grazings)} grazings"
         return f"{type(self).__name__}({self.duration:g} s, {counted}, stopped by {self.stop_reason})"
 
-    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw the displacement of a dof over time, from the start.
+    @property
+    def plot(self) -> MotionPlots:
+        """Pictures: ``run.plot()``, a displacement; ``run.plot.history()``, ``run.plot.phase()``, ..."""
+        from stickslip.motion.figures import MotionPlots
 
-        Parameters
-        ----------
-        dof
-            Name of the dof; None: the one that moves most.
-        ax
-            Where to draw; None: on axes of its own.
-
-        Raises
-        ------
-        InputError
-            If the dof is unknown.
-        """
-        from stickslip.motion.figures import displacement
-        from stickslip.show.style import axes_of
-
-        if dof is None:
-            position = self.sample(np.linspace(0.0, self.duration, 513)).position.to_numpy()
-            dof = self.scene.dofs[int(np.ptp(position, axis=0).argmax())]
-        return displacement(axes_of(ax), self, dof, origin="start")
+        return MotionPlots(self)
 
     def summary(self) -> Summary:
         """Return how long each combination held, and the first events."""

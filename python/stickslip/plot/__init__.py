@@ -1,28 +1,14 @@
-"""Every figure of the package, by one list; each is drawn where its subject belongs."""
+"""Figures of plain datasets; results draw themselves, such as ``run.plot()`` and ``cycle.plot.energy()``.
 
-from stickslip.cycles.figures import basins, bifurcation, limit_cycle, overlay
-from stickslip.energy.figures import (
-    energy_flow,
-    energy_history,
-    energy_rate,
-    gain_over_amplitude,
-    modal_shares,
-    power_terms,
-    stored_energy,
-)
-from stickslip.locus.figures import draw_loci, loci, stability_map
-from stickslip.modes.drawing import schematic
-from stickslip.modes.figures import animated, draw_shape, orbits, shapes
-from stickslip.motion.figures import (
-    contact_status,
-    displacement,
-    displacements,
-    history,
-    phase_plane,
-    phase_portrait,
-    phase_portraits,
-    spectrum,
-)
+A function that draws one panel takes `ax` and returns the Axes, one that draws several takes `figure` and
+returns the Figure.
+"""
+
+from stickslip.cycles.diagram_figures import basins, bifurcation
+from stickslip.energy.figures import modal_shares
+from stickslip.locus.figures import loci, stability_map
+from stickslip.motion.energy_figures import energy_rate, power_terms, stored_energy
+from stickslip.motion.figures import spectrum
 from stickslip.study.figures import (
     convergence,
     distribution,
@@ -34,35 +20,17 @@ from stickslip.study.figures import (
 )
 
 __all__ = [
-    "animated",
     "basins",
     "bifurcation",
-    "contact_status",
     "convergence",
-    "displacement",
-    "displacements",
     "distribution",
-    "draw_loci",
-    "draw_shape",
     "eigenvalue_moments",
-    "energy_flow",
-    "energy_history",
     "energy_rate",
-    "gain_over_amplitude",
-    "history",
-    "limit_cycle",
     "loci",
     "modal_shares",
     "morris_effects",
-    "orbits",
-    "overlay",
-    "phase_plane",
-    "phase_portrait",
-    "phase_portraits",
     "power_terms",
     "probability",
-    "schematic",
-    "shapes",
     "sobol_indices",
     "spectrum",
     "stability_map",

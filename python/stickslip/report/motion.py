@@ -55,9 +55,7 @@ def transient_section(found: Findings) -> Markup:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            plot.displacements(history.axes, run, dofs, samples=_samples(found))
-            for axes in history.axes:
-                axes.label_outer()
+            run.plot.history(dofs, origin="mean", samples=_samples(found), figure=history)
         parts.append(
             figure(
                 drawing.svg(
@@ -179,7 +177,7 @@ def spectrum_section(found: Findings) -> Markup:
     with drawing.style():
         drawn = _panels(len(dofs), 1.6)
         for axes, dof in zip(drawn.axes, dofs, strict=True):
-            plot.spectrum(axes, found.lines.sel(dof=dof))
+            plot.spectrum(found.lines.sel(dof=dof), ax=axes)
             largest = 1e6 * float(found.lines.amplitude.sel(dof=dof)[1:].max())
             axes.set(title=dof, ylim=(1e-6 * largest, 2.0 * largest) if largest > 0.0 else None)
             axes.label_outer()
@@ -226,11 +224,10 @@ def energy_section(found: Findings) -> Markup:
         return section("energy", "Energy", note("There is no motion.", "warning"))
     over = "one period" if found.cycle is not None else f"the last {number(last.duration - found.since, 4)} s"
     with drawing.style():
-        history = plot.energy_history(last, found.since)
+        history = last.plot.energy(begin=found.since)
         history.set_size_inches(7.2, 6.0)
-        flow = plot.energy_flow(balance)
-        flow.set_size_inches(7.2, 4.0)
-        flow.axes[0].set_title("")
+        flow = Figure(figsize=(7.2, 4.0), layout="constrained")
+        balance.plot.flow(ax=flow.subplots()).set_title("")
     # What rounding leaves of zero is printed as zero.
     nothing = ROUNDINGS * np.finfo(float).eps * balance.turnover
     works: list[tuple[str, float]] = [
@@ -325,7 +322,7 @@ def _status(run: Motion, name: str, caption: str) -> Markup:
         caption += f" The {len(shown)} of {contacts} contacts with most events."
     with drawing.style():
         drawn = Figure(figsize=(7.2, 0.7 + 0.4 * len(shown)), layout="constrained")
-        plot.contact_status(drawn.subplots(), run, shown)
+        run.plot.statuses(shown, ax=drawn.subplots())
     seen = dict.fromkeys([run.start.combination, *run.events.combination.tolist()])
     return figure(
         drawing.svg(drawn, name, f"Contact status over time: {', '.join(list(seen)[:12])}"), caption
@@ -338,11 +335,9 @@ def _portraits(found: Findings, caption: str) -> Markup:
     count = min(len(scene.contacts), PORTRAITS)
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
-        panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
-        plot.phase_portraits(list(panels[:count]), last, range(count), _samples(found), found.since)
-        for i, axes in enumerate(panels[:count]):
-            axes.set_title(f"contact {scene.contact_labels()[i]}")
-        for axes in panels[count:]:
+        drawn.subplots(-(-count // 2), min(count, 2))
+        last.plot.phase_planes(range(count), begin=found.since, samples=_samples(found), figure=drawn)
+        for axes in drawn.axes[count:]:
             axes.set_visible(False)
     alternative = f"Tangential velocity over displacement of {count} contacts, coloured by status"
     more = "" if count == len(scene.contacts) else f" The first {count} of {len(scene.contacts)} contacts."

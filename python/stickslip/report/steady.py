@@ -12,6 +12,7 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
+from stickslip.scene.drawing.schematic import schematic
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Law
 from stickslip.show import svg as drawing
@@ -202,11 +203,11 @@ def modes_section(found: Findings) -> Markup:
     )
     # Unstable ones first, then from the lowest frequency.
     shown = sorted(sorted(range(chosen.size), key=lambda p: (not modes.unstable[chosen[p]], p))[:DRAWN])
-    cards = []
+    cards, structure = [], schematic(scene, found.known.columns)
     for p in shown:
         k = chosen[p]
         verdict = "unstable" if modes.unstable[k] else "stable"
-        moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
+        moved = mode_motion.drawing(structure, modes, int(k))
         growth = number(modes.eigenvalues[k].real, 4)
         caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth rate {growth} 1/s"
         cards.append((verdict, moved, caption))

@@ -10,6 +10,7 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
   if (!loci.error) {
     loci.growth = decode(loci.growth, Float32Array);
     loci.frequency = decode(loci.frequency, Float32Array);
+    loci.unstable = decode(loci.unstable, Float32Array);
   }
   const width = scene.sent.length + 1, plots = {};
   let at = first, playing = false, before = 0, cursor = { way: false, time: 0 };

@@ -4,26 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.faults import InputError
+from stickslip.scene.drawing.schematic import Column
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.scene.structure import Structure
-
-
-class Column(NamedTuple):
-    """A mass above a second one that rubs on an inclined slider, as a drawing places them."""
-
-    #: name of the upper mass, indices of its horizontal and vertical dof
-    upper: tuple[str, int, int]
-    #: name of the lower mass, indices of its dof along the slider and of the one normal to it
-    lower: tuple[str, int, int]
-    #: of the slider, rad
-    inclination: float
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
+    from stickslip.scene.drawing.figures import ScenePlots
 
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
@@ -262,6 +263,13 @@ class Scene(Shown):
         # What was given as one number for all stays one.
         one = {name: own[0] for name, own in values.items() if all(value == own[0] for value in own)}
         return partial(self.model, **{**values, **one})
+
+    @property
+    def plot(self) -> ScenePlots:
+        """Pictures: ``scene.plot()``, bodies, springs and sliders; ``scene.plot.mesh(displacement)``."""
+        from stickslip.scene.drawing.figures import ScenePlots
+
+        return ScenePlots(self)
 
     def contact_labels(self) -> list[int] | list[str]:
         """Return how tables label the contacts: indices, or names as soon as one contact has a name."""

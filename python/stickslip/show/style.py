@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter, FuncFormatter
 
+from stickslip.show.plots import figure_of
 from stickslip.show.replaced_file import replace_file
 from stickslip.show.units import ENERGIES, LENGTHS, suited
 
@@ -81,7 +82,7 @@ def save(
     import matplotlib
 
     if isinstance(figure, Axes):
-        return save(_figure_of(figure), path, dpi, form, width)
+        return save(figure_of(figure), path, dpi, form, width)
     if isinstance(path, str | Path):
         file = Path(path)
         if not (form or file.suffix):
@@ -138,14 +139,6 @@ def _of_width(figure: Figure, width: float) -> Iterator[None]:
 def _is_cut(figure: Figure) -> bool:
     drawn, paper = figure.get_tightbbox(), figure.bbox_inches
     return bool(drawn.x0 < paper.x0 or drawn.y0 < paper.y0 or drawn.x1 > paper.x1 or drawn.y1 > paper.y1)
-
-
-def _figure_of(axes: Axes) -> Figure:
-    """Return the whole figure in which axes stand, perhaps in a part of it."""
-    part: Any = axes
-    while not isinstance(part, Figure):
-        part = part.figure
-    return part
 
 
 def readable_units(figure: Figure) -> None:
@@ -207,13 +200,3 @@ def panel_letters(figure: Figure) -> None:
 
 def _panels(figure: Figure) -> list[Axes]:
     return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
-
-
-def axes_of(ax: Axes | None) -> Axes:
-    """Return the axes to draw on: those given, or new ones that a notebook shows."""
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt
-
-    _, made = plt.subplots(layout="constrained")
-    return made

@@ -1,4 +1,4 @@
-"""Figures of studies: every function but `study` draws on the axes it is given and returns them."""
+"""Figures of studies, each drawn from the dataset of one result."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import Ellipse
 
 from stickslip.faults import InputError
+from stickslip.show.plots import axes_of, figure_of, panels_of
 from stickslip.show.style import quantity
 from stickslip.study.statistics import BINS, sample_values
 from stickslip.study.statistics import probability as chance
@@ -22,21 +23,22 @@ APART = 0.05
 DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
 
 
-def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> Axes:
-    """Draw the result of `study.probability` over its parameter, with the confidence band.
+def probability(estimate: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw a probability over its parameter, with the confidence band; return the Axes.
 
     Parameters
     ----------
-    axes
-        Where to draw.
     estimate
-        The result.
+        From `study.probability`.
     label
         Name of the curve for a legend.
+    ax
+        Where to draw; None: on axes of its own.
     """
     over = estimate.attrs.get("over")
     if over is None:
         raise InputError("estimate: expected a probability over a parameter")
+    axes = axes_of(ax)
     edges = np.append(estimate.left.to_numpy(), estimate.right.to_numpy()[-1])
     axes.stairs(
         estimate.upper.to_numpy(), edges, baseline=estimate.lower.to_numpy(), fill=True, color=LIGHT, zorder=1
@@ -48,19 +50,18 @@ def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> A
 
 
 def distribution(
-    axes: Axes,
     results: xr.Dataset,
     output: str,
+    *,
     bins: int | None = None,
     label: str | None = None,
+    ax: Axes | None = None,
     **labels: Any,
 ) -> Axes:
-    """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`.
+    """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`; return the Axes.
 
     Parameters
     ----------
-    axes
-        Where to draw.
     results
         Results of a study.
     output
@@ -69,6 +70,8 @@ def distribution(
         Number of bars; None: the root of the number of samples, 8 to 60.
     label
         Name of the curve for a legend.
+    ax
+        Where to draw; None: on axes of its own.
     **labels
         Coordinates of what is drawn, such as ``contact=0``.
     """
@@ -76,6 +79,7 @@ def distribution(
     values = values[~np.isnan(values)]
     if bins is None:
         bins = int(np.clip(np.sqrt(values.size), 8, 60))
+    axes = axes_of(ax)
     axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
     units = results[output].attrs.get("units", "")
     reciprocal = {"": "", "1": "", "1/s": "s"}.get(units, f"1/({units})" if "/" in units else f"1/{units}")
@@ -84,8 +88,17 @@ def distribution(
     return axes
 
 
-def sobol_indices(axes: Axes, indices: xr.Dataset) -> Axes:
-    """Draw first-order and total Sobol' indices with their confidence bands, the largest on top."""
+def sobol_indices(indices: xr.Dataset, *, ax: Axes | None = None) -> Axes:
+    """Draw first-order and total Sobol' indices with their bands, the largest on top; return the Axes.
+
+    Parameters
+    ----------
+    indices
+        From `study.sobol_indices`.
+    ax
+        Where to draw; None: on axes of its own.
+    """
+    axes = axes_of(ax)
     ordered = indices.sortby("total")
     places = np.arange(ordered.sizes["parameter"])
     for name, shift, colour, hatch in (("total", -0.2, LIGHT, ""), ("first", 0.2, DARK, "")):
@@ -106,8 +119,17 @@ def sobol_indices(axes: Axes, indices: xr.Dataset) -> Axes:
     return axes
 
 
-def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
-    """Draw the deviation of the elementary effects over their mean absolute value."""
+def morris_effects(effects: xr.Dataset, *, ax: Axes | None = None) -> Axes:
+    """Draw the deviation of the elementary effects over their mean absolute value; return the Axes.
+
+    Parameters
+    ----------
+    effects
+        From `study.morris_effects`.
+    ax
+        Where to draw; None: on axes of its own.
+    """
+    axes = axes_of(ax)
     x, y = effects.absolute_effect.to_numpy(), effects.deviation.to_numpy()
     axes.errorbar(x, y, xerr=effects.band.to_numpy(), fmt="o", color=DARK, ecolor="#777777", elinewidth=0.8)
     # Effects of a linear output deviate by nothing.
@@ -135,18 +157,19 @@ def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
     return axes
 
 
-def convergence(axes: Axes, estimates: xr.Dataset, label: str | None = None) -> Axes:
-    """Draw an estimate over the number of samples, with the band of independent samples.
+def convergence(estimates: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw an estimate over the number of samples, with the band of independent samples; return the Axes.
 
     Parameters
     ----------
-    axes
-        Where to draw.
     estimates
         From `study.convergence`.
     label
         Name of the curve for a legend.
+    ax
+        Where to draw; None: on axes of its own.
     """
+    axes = axes_of(ax)
     count = estimates["samples"].to_numpy()
     axes.fill_between(
         count, estimates.lower.to_numpy(), estimates.upper.to_numpy(), color=LIGHT, linewidth=0.0
@@ -162,14 +185,12 @@ def convergence(axes: Axes, estimates: xr.Dataset, label: str | None = None) -> 
 
 
 def eigenvalue_moments(
-    axes: Axes, results: xr.Dataset, moments: xr.Dataset, mode: int, most: int = 5000
+    results: xr.Dataset, moments: xr.Dataset, mode: int, *, most: int = 5000, ax: Axes | None = None
 ) -> Axes:
-    """Draw one eigenvalue of the samples and the ellipse of two deviations of first-order perturbation.
+    """Draw one eigenvalue of the samples, and two deviations of first order as an ellipse; return the Axes.
 
     Parameters
     ----------
-    axes
-        Where to draw.
     results
         Results of a study with the output ``eigenvalues``.
     moments
@@ -178,20 +199,23 @@ def eigenvalue_moments(
         Index of the eigenvalue in both.
     most
         Samples drawn.
+    ax
+        Where to draw; None: on axes of its own.
     """
     if "eigenvalues" not in results:
         raise InputError("results: expected the output 'eigenvalues'")
+    axes = axes_of(ax)
     samples = results.eigenvalues.to_numpy()[:most, mode]
     axes.plot(samples.real, samples.imag / (2.0 * np.pi), ",", color=DARK, label="samples")
     chosen = moments.isel(mode=mode)
     centre = complex(chosen.eigenvalue.item())
     scale = np.diag([1.0, 1.0 / (2.0 * np.pi)])
-    sizes, axes_of = np.linalg.eigh(scale @ chosen.covariance.to_numpy() @ scale)
+    sizes, directions = np.linalg.eigh(scale @ chosen.covariance.to_numpy() @ scale)
     axes.add_patch(
         Ellipse(
             (centre.real, centre.imag / (2.0 * np.pi)),
             *(4.0 * np.sqrt(np.maximum(sizes, 0.0))),
-            angle=float(np.degrees(np.arctan2(axes_of[1, 0], axes_of[0, 0]))),
+            angle=float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0]))),
             fill=False,
             edgecolor=ACCENT,
             linewidth=1.3,
@@ -207,42 +231,49 @@ def eigenvalue_moments(
 PANELS, PER_BIN = 8, 40
 
 
-def study(results: xr.Dataset) -> Figure:
-    """Return a figure of a study: instability over every parameter, and the density of every output."""
+def study(results: xr.Dataset, *, figure: FigureBase | None = None) -> Figure:
+    """Return a Figure of a study: instability over every parameter, and the density of every output.
+
+    Parameters
+    ----------
+    results
+        Results of a study.
+    figure
+        Where to draw, with as many panels or none; None: in a new one.
+    """
     parameters = [str(name) for name, coord in results.coords.items() if coord.dims == ("sample",)]
     verdict = bool({"growth_rate", "eigenvalue", "unstable_modes"} & set(results.data_vars))
-    panels: list[Callable[[Axes], Any]] = []
+    panels: list[Callable[..., Any]] = []
     for name in parameters if verdict else []:
         if np.ptp(results[name].to_numpy()) > 0.0:
             bins = int(np.clip(results.sizes["sample"] / PER_BIN, 5, BINS))
-            estimate = chance(results, name, bins=bins)
-            panels.append(partial(probability, estimate=estimate))
+            panels.append(partial(probability, chance(results, name, bins=bins)))
     for key, column in results.data_vars.items():
-        if column.dims == ("sample",) and column.dtype.kind == "f" and column.notnull().any():
-            panels.append(partial(distribution, results=results, output=str(key)))
-        elif len(column.dims) == 2 and column.dtype.kind == "f" and column.notnull().any():
-            panels.append(partial(_largest, results=results, column=column))
-    shown = panels[:PANELS] or [Axes.set_axis_off]
-    columns = min(2, len(shown))
-    rows = -(-len(shown) // columns)
-    figure = Figure(figsize=(4.6 * columns, 3.2 * rows), layout="constrained")
-    places = figure.subplots(rows, columns, squeeze=False).ravel()
+        if column.dtype.kind != "f" or not column.notnull().any():
+            continue
+        if column.dims == ("sample",):
+            panels.append(partial(distribution, results, str(key)))
+        elif len(column.dims) == 2:
+            panels.append(partial(_largest, results, column))
+    shown = panels[:PANELS]
+    columns = min(2, max(len(shown), 1))
+    rows = -(-max(len(shown), 1) // columns)
+    drawn, places = panels_of(figure, (rows, columns), (4.6 * columns, 3.2 * rows))
     for axes, draw in zip(places, shown, strict=False):
-        draw(axes)
+        draw(ax=axes)
     for axes in places[len(shown) :]:
         axes.set_axis_off()
-    return figure
+    return figure_of(drawn)
 
 
-def _largest(axes: Axes, results: xr.Dataset, column: xr.DataArray) -> Axes:
+def _largest(results: xr.Dataset, column: xr.DataArray, *, ax: Axes) -> None:
     """Draw the entry of an output that is largest on average."""
     dim = str(column.dims[1])
     most = int(np.nanargmax(np.abs(np.nanmean(column.to_numpy(), axis=0))))
     label = results[dim].to_numpy()[most] if dim in results.coords else most
     labels: dict[str, Any] = {dim: label}
-    distribution(axes, results, str(column.name), **labels)
-    axes.set_xlabel(f"{axes.get_xlabel()} ({label})")
-    return axes
+    distribution(results, str(column.name), ax=ax, **labels)
+    ax.set_xlabel(f"{ax.get_xlabel()} ({label})")
 
 
 def _few_ticks(axes: Axes) -> None:

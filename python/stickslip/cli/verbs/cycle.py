@@ -62,11 +62,9 @@ def cycle(
             raise
         click.echo(f"no limit cycle ({error.kind}): {error}", err=True)
         raise SystemExit(NEGATIVE) from None
-    from stickslip.plot import limit_cycle
-
     answer.give(
         lambda: found.to_dataset(samples),
         ("phase",),
         lambda out: show(out, found.summary()),
-        lambda: limit_cycle(found),
+        found.plot.phase_planes,
     )

@@ -97,10 +97,8 @@ def modes(
         )
 
     def drawn() -> Figure:
-        from stickslip.plot import shapes
-
         with waiting("drawing"):
-            return shapes(found, numbers)
+            return found.plot.shapes(numbers)
 
     if numbers is not None:
         wrong = [number for number in numbers if number >= len(found)]

@@ -87,6 +87,4 @@ def simulate(
 
 
 def _figure(run: ss.types.Motion, dofs: tuple[str, ...]) -> Figure:
-    from stickslip.plot import history
-
-    return history(run, dofs or None)
+    return run.plot.history(dofs or None)

@@ -86,7 +86,11 @@ class Branch(Diagram):
     @property
     def parameter(self) -> str:
         """Name of the parameter."""
-        return next(str(name) for name in self.data.coords if name not in ("point", "dof", "order"))
+        return next(
+            str(name)
+            for name, held in self.data.coords.items()
+            if held.dims == ("point",) and name != "point"
+        )
 
     @property
     def folds(self) -> tuple[BranchPoint, ...]:

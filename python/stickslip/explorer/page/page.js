@@ -143,6 +143,7 @@ function gotLoci(answer, message) {
   if (!answer.error) {
     answer.growth = decode(answer.growth, Float32Array);
     answer.frequency = decode(answer.frequency, Float32Array);
+    answer.unstable = decode(answer.unstable, Float32Array);
     answer.count = message.count;
   }
   state.loci = answer;

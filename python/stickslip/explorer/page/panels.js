@@ -130,7 +130,7 @@ function drawMap(plot, map, x, y, point) {
 
 // The image of a map and the line on which the largest growth rate is zero, by marching squares.
 function mapFrom(answer, columns, rows, x, y) {
-  const growth = decode(answer.growth, Float32Array), image = document.createElement("canvas");
+  const growth = decode(answer.growth, Float32Array), grows = decode(answer.unstable, Float32Array), image = document.createElement("canvas");
   image.width = columns; image.height = rows;
   const ctx = image.getContext("2d"), pixels = ctx.createImageData(columns, rows);
   let largest = 0;
@@ -138,8 +138,8 @@ function mapFrom(answer, columns, rows, x, y) {
   const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
   const stable = rgb(scene.colours.stable), unstable = rgb(scene.colours.unstable);
   for (let j = 0; j < rows; j++) for (let i = 0; i < columns; i++) {
-    const g = growth[j * columns + i], to = 4 * ((rows - 1 - j) * columns + i);
-    const colour = Number.isNaN(g) ? ((i + j) % 2 ? [150, 150, 150] : [185, 185, 185]) : g > 0 ? unstable : stable;
+    const at = j * columns + i, g = growth[at], to = 4 * ((rows - 1 - j) * columns + i);
+    const colour = Number.isNaN(g) ? ((i + j) % 2 ? [150, 150, 150] : [185, 185, 185]) : grows[at] ? unstable : stable;
     pixels.data.set(colour, to);
     pixels.data[to + 3] = Number.isNaN(g) ? 255 : 60 + 170 * Math.sqrt(Math.abs(g) / (largest || 1));
   }
@@ -148,8 +148,9 @@ function mapFrom(answer, columns, rows, x, y) {
   for (let j = 0; j + 1 < rows; j++) for (let i = 0; i + 1 < columns; i++) {
     const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]], cuts = [];
     for (let k = 0; k < 4; k++) {
-      const [a, b] = corners[k], [c, d] = corners[(k + 1) % 4], g = growth[b * columns + a], h = growth[d * columns + c];
-      if ((g > 0) !== (h > 0) && !Number.isNaN(g) && !Number.isNaN(h)) {
+      const [a, b] = corners[k], [c, d] = corners[(k + 1) % 4], [at, next] = [b * columns + a, d * columns + c];
+      const g = growth[at], h = growth[next];
+      if (grows[at] !== grows[next] && !Number.isNaN(g) && !Number.isNaN(h)) {
         const s = g / (g - h);
         cuts.push(px(a + s * (c - a)), py(b + s * (d - b)));
       }
@@ -176,7 +177,7 @@ function drawLoci(plot, loci, modes) {
         ctx.beginPath(); ctx.strokeStyle = side ? scene.colours.unstable : scene.colours.stable; ctx.lineWidth = 1.6;
         for (let k = 0; k + 1 < n; k++) {
           const i = b * n + k;
-          if ((loci.growth[i] + loci.growth[i + 1] > 0) !== side) continue;
+          if (Boolean(loci.unstable[i] && loci.unstable[i + 1]) !== side) continue;
           ctx.moveTo(plot.X(loci.growth[i]), plot.Y(loci.frequency[i]));
           ctx.lineTo(plot.X(loci.growth[i + 1]), plot.Y(loci.frequency[i + 1]));
         }
@@ -187,7 +188,7 @@ function drawLoci(plot, loci, modes) {
   });
   plot.frame("growth rate, 1/s", "frequency, Hz");
   if (modes) plot.clipped(() => modes.growth.forEach((g, k) =>
-    plot.dot(ctx, g, modes.frequency[k], g > 0 ? scene.colours.unstable : scene.colours.stable, 5, theme.ink)));
+    plot.dot(ctx, g, modes.frequency[k], modes.unstable[k] ? scene.colours.unstable : scene.colours.stable, 5, theme.ink)));
 }
 
 function write(plot, ctx, text) {

@@ -2,28 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse
 
-from stickslip.scene.checks import Complex, Real
-from stickslip.scene.known import Column, known_of
-from stickslip.scene.scene import Scene
+from stickslip.scene.checks import Complex, Matrix, Real
 from stickslip.show.mesh import Mesh
 
-#: Bodies that are drawn at most; contacts go first.
-MOST = 48
+#: Bodies that are drawn at most; contacts go first. Bodies up to which each has its name.
+MOST, NAMED = 48, 16
 #: Part of a diagonal entry of K below which what its row leaves over is rounding, not a spring to a wall.
 ROUNDING = 1e-9
+#: Length of the largest displacement in a drawing, half the length of a slider and of a wall, and the length
+#: of a spring to a wall, all in distances of neighbouring bodies.
+LONG, SLIDER, WALL, REACH = 0.3, 0.22, 0.09, 0.4
+#: Length of the largest displacement of a mesh, of its size.
+PART = 0.08
+#: Dofs up to which a mesh is drawn; the matrices of a finer one are.
+FINEST = 1200
 #: Where a mesh in space is seen from, 30 degrees above its plane: right and up on the page, and to the eye.
 VIEW = (
     np.array([0.8, -0.6, 0.0]),
     np.array([0.3, 0.4, np.sqrt(0.75)]),
     np.array([-0.6 * np.sqrt(0.75), -0.8 * np.sqrt(0.75), 0.5]),
 )
+
+
+class Structured(Protocol):
+    """What can be drawn as a structure: a `Scene`."""
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the dofs."""
+
+    @property
+    def stiffness(self) -> Matrix:
+        """K, (n, n), N/m."""
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """Where the dofs lie."""
+
+    @property
+    def model(self) -> partial[Any] | None:
+        """The model function with the arguments that it was made of."""
+
+    def contact_labels(self) -> list[int] | list[str]:
+        """Return the names of the contacts."""
+
+    def tangential_direction(self, contact: int) -> Real:
+        """Return t of a contact, (n,)."""
+
+    def normal_direction(self, contact: int) -> Real:
+        """Return n of a contact, (n,)."""
+
+
+class Column(NamedTuple):
+    """A mass above a second one that rubs on an inclined slider, as a drawing places them."""
+
+    #: name of the upper mass, indices of its horizontal and vertical dof
+    upper: tuple[str, int, int]
+    #: name of the lower mass, indices of its dof along the slider and of the one normal to it
+    lower: tuple[str, int, int]
+    #: of the slider, rad
+    inclination: float
+
+
+class End(NamedTuple):
+    """An end of a line: where it rests, and the body that it moves with; None: it stays."""
+
+    x: float
+    y: float
+    body: int | None
 
 
 @dataclass(frozen=True)
@@ -75,8 +129,38 @@ class Schematic:
         found: Real | Complex = moved
         return found
 
+    def motion(self, displacement: Real | Complex) -> Complex:
+        """Return how far the bodies move, (bodies, 2), in the drawing: the largest one by `LONG`.
 
-def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
+        The points of a mesh, whose drawing has its size in m, move by `PART` of its size.
+        """
+        moved: Complex = self.moved(displacement).astype(complex)
+        size = np.hypot(*np.ptp([(body.x, body.y) for body in self.bodies], axis=0)) if self.faces else 0.0
+        reach = PART * float(size) if self.faces else LONG
+        return moved * (reach / (float(np.abs(moved).max(initial=0.0)) or 1.0))
+
+    def lines(self) -> Iterator[tuple[str, End, End]]:
+        """Yield the lines of the drawing by their kind: ``spring``, ``wall`` and ``slider``."""
+        ends = [End(body.x, body.y, place) for place, body in enumerate(self.bodies)]
+        for a, b, _ in self.springs:
+            yield "spring", ends[a], ends[b]
+        for place, _ in self.walls:
+            body = self.bodies[place]
+            # The wall of a contact is at its left, that of another body above it.
+            beside = body.contact is not None
+            x, y = (body.x - REACH, body.y) if beside else (body.x, body.y + REACH)
+            across, along = (0.0, WALL) if beside else (WALL, 0.0)
+            yield "spring", ends[place], End(x, y, None)
+            yield "wall", End(x - across, y - along, None), End(x + across, y + along, None)
+        for body in self.bodies:
+            if body.contact is not None:
+                cosine, sine = float(np.cos(body.angle)), float(np.sin(body.angle))
+                x, y = body.x + 0.14 * sine, body.y - 0.14 * cosine
+                h, v = SLIDER * cosine, SLIDER * sine
+                yield "slider", End(x - h, y - v, None), End(x + h, y + v, None)
+
+
+def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     """Return the drawing of a scene.
 
     Matrices do not say where masses are. So every contact is a body in the bottom row, which moves along its
@@ -90,11 +174,12 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
     scene
         The scene.
     columns
-        The masses, see `Known`; if none are given, the model of the scene or its matrices decide.
+        The masses; if none are given, the model that made the scene or its matrices decide.
     """
-    columns = columns or known_of(scene).columns
+    columns = columns or masses(scene)
     bodies = _known(columns) if columns else _found(scene)
-    owner = np.full(scene.size, -1)
+    size = len(scene.dofs)
+    owner = np.full(size, -1)
     for place, body in reversed(list(enumerate(bodies))):
         for dof, _, _ in body.along:
             owner[dof] = place
@@ -105,8 +190,8 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
     for a, b, k in zip(owner[row], owner[column], np.abs(stiffness), strict=True):
         if 0 <= a < b and k > 0.0:
             springs[int(a), int(b)] = max(springs.get((int(a), int(b)), 0.0), float(k))
-    diagonal = np.zeros(scene.size)
-    others = np.zeros(scene.size)
+    diagonal = np.zeros(size)
+    others = np.zeros(size)
     on = row == column
     np.add.at(diagonal, row[on], stiffness[on])
     np.add.at(others, row[~on], np.abs(stiffness[~on]))
@@ -123,6 +208,23 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
         tuple(walls.items()),
         int((owner < 0).sum()),
     )
+
+
+def masses(scene: Structured) -> Sequence[Column]:
+    """Return the masses of the model of two subsystems, whose places are known; of any other scene none."""
+    model = scene.model
+    if model is None or model.func.__name__ != "two_subsystems":
+        return ()
+    left, right = np.broadcast_to(model.keywords.get("inclination", (0.3, 0.75)), 2).tolist()
+    return Column(("m1", 0, 1), ("m2", 2, 3), left), Column(("m3", 4, 5), ("m4", 6, 7), right)
+
+
+def structure(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
+    """Return the drawing of the mesh of a scene, or of its matrices if it has none or one with many dofs."""
+    drawn = None if scene.mesh is None else meshed(scene.mesh)
+    if drawn is not None and sum(len(body.along) for body in drawn.bodies) <= FINEST:
+        return drawn
+    return schematic(scene, columns)
 
 
 def meshed(mesh: Mesh) -> Schematic | None:
@@ -161,10 +263,10 @@ def _known(columns: Sequence[Column]) -> list[Body]:
     return bodies
 
 
-def _found(scene: Scene) -> list[Body]:
+def _found(scene: Structured) -> list[Body]:
     labels = scene.contact_labels()
-    bodies, taken = [], np.zeros(scene.size, dtype=bool)
-    for i in range(min(len(scene.contacts), MOST)):
+    bodies, taken = [], np.zeros(len(scene.dofs), dtype=bool)
+    for i in range(min(len(labels), MOST)):
         tangential, normal = scene.tangential_direction(i), scene.normal_direction(i)
         dofs = np.flatnonzero((tangential != 0.0) | (normal != 0.0))
         taken[dofs] = True
