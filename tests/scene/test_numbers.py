@@ -178,6 +178,8 @@ def test_a_number_for_a_matrix_is_no_argument_of_a_scene():
         SCENE.replace(damping=1e-4)
     assert SCENE.replace(damping_stiffness=1e-4).damping == ss.Rayleigh(0.02, 1e-4)
     undamped = ss.Scene(np.ones(2), STIFFNESS)
+    with pytest.raises(ss.InputError, match="the scene has no damping; vary damping_mass or"):
+        ss.sweep(undamped, {"damping": [1.0, 2.0]})
     assert undamped.replace(damping_stiffness=1e-4).damping == ss.Rayleigh(0.0, 1e-4)
 
 

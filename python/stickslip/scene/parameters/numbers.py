@@ -179,7 +179,8 @@ def found_number(scene: Any, name: str) -> Number | None:
     if name in _own_names(scene):
         return Number(name, "scene", name)
     if name in FACTORS:
-        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}")
+        others = "; vary damping_mass or damping_stiffness" if name == "damping" else ""
+        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}{others}")
     raise InputError(
         f"{name}: the damping of the scene is a matrix, which has no coefficients; vary 'damping', a factor "
         "on it, or make the scene with damping=Rayleigh(...)"
