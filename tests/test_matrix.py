@@ -163,6 +163,8 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "sweep": lambda kind, _: ss.plot.loci(ss.sweep(kind.scene, over(kind, 5))),
     "critical points": lambda kind, _: ss.critical_points(kind.scene, between(kind)),
     "stability": lambda kind, _: ss.stability(kind.scene, over(kind, 2)),
+    "factors": lambda kind, _: ss.sweep(kind.scene, {"stiffness": [1.0, 1.1], "mass": [1.0, 1.1]}),
+    "coefficients": lambda kind, _: ss.stability(kind.scene, {"damping_stiffness": [1e-5, 2e-5]}),
     "run told": lambda kind, _: told(kind.run),
     "run pickled": lambda kind, _: again(kind.run),
     "run in a file": lambda kind, folder: back(kind.run.to_dataset(20), folder),

@@ -183,7 +183,7 @@ def test_hostile_ranges_are_refused(arguments, options, message):
         ss.critical_points(ss.models.two_subsystems(), arguments, **options)
 
 
-def test_points_are_a_sequence_and_a_table():
+def test_points_are_a_sequence_and_a_table(tmp_path):
     scene = ss.models.two_subsystems()
     points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
     assert [point.kind for point in points] == [points[k].kind for k in range(len(points))]
@@ -199,6 +199,8 @@ def test_points_are_a_sequence_and_a_table():
     (table,) = points.summary().tables
     assert [row[0] for row in table.rows] == [point.kind.replace("_", "-") for point in points]
     assert repr(points).startswith(f"CriticalPoints({len(points)} over friction)\n  CriticalPoint(")
+    ss.save(points, tmp_path / "points.nc")
+    assert ss.load(tmp_path / "points.nc").identical(data)
     speeds = ss.critical_points(ss.models.two_subsystems, {"slider_speed": (0.01, 0.02)}).to_dataset()
     assert speeds.slider_speed.units == "m/s"
     assert speeds.sizes["point"] == 0

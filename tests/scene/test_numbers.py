@@ -178,6 +178,8 @@ def test_a_number_for_a_matrix_is_no_argument_of_a_scene():
         SCENE.replace(damping=1e-4)
     assert SCENE.replace(damping_stiffness=1e-4).damping == ss.Rayleigh(0.02, 1e-4)
     undamped = ss.Scene(np.ones(2), STIFFNESS)
+    with pytest.raises(ss.InputError, match="the scene has no damping; vary damping_mass or"):
+        ss.sweep(undamped, {"damping": [1.0, 2.0]})
     assert undamped.replace(damping_stiffness=1e-4).damping == ss.Rayleigh(0.0, 1e-4)
 
 
@@ -204,3 +206,22 @@ def test_the_command_line_takes_factors_and_coefficients(tmp_path):
     swept = CliRunner().invoke(main, ["sweep", words[0], "--over", "damping_stiffness=0:1e-3:5"])
     assert swept.exit_code == 0, swept.output
     assert "over damping_stiffness: 5 stable" in swept.output
+
+
+def test_a_parameter_may_be_named_as_a_result():
+    pad = ss.Contact(tangential=0, friction=0.3, slider_speed=0.1, normal_force=2.0)
+    joint = ss.Scene([1.0], [[100.0]], damping=[[0.1]], contacts=[pad])
+    loads = {"normal_force": [1.0, 2.0]}
+    for found in (ss.sweep(joint, loads), ss.stability(joint, loads)):
+        assert found.normal_force.values.tolist() == [1.0, 2.0]
+        assert found.computed_normal_force.values.ravel().tolist() == [1.0, 2.0]
+        assert found.normal_force.units == found.computed_normal_force.units == "N"
+
+    def model(frequency):
+        return ss.Scene([1.0], [[(2.0 * np.pi * frequency) ** 2]], damping=[[1.0 - frequency]])
+
+    points = ss.critical_points(model, {"frequency": (0.5, 1.5)}).to_dataset()
+    assert points.frequency.values == pytest.approx([1.0])
+    assert points.computed_frequency.values == pytest.approx([1.0])
+    with pytest.raises(ss.InputError, match="outputs: 'normal_force' is the name of a parameter"):
+        ss.Study(joint, loads, outputs=["normal_force"])

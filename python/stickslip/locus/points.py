@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 import numpy as np
 import xarray as xr
 
+from stickslip.scene.parameters.values import apart
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -132,19 +133,20 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
         nothing, rate = complex(np.nan, np.nan), "1/s"
         per = self._units.get("units", "")
         slope = rate if per == "1" else f"1/s/({per})" if per else ""
+        variables = {
+            "kind": column("kind", str, ""),
+            "frequency": column("frequency", float, np.nan, units="Hz"),
+            "eigenvalue": column("eigenvalue", complex, nothing, units=rate),
+            "other": column("other", complex, nothing, units=rate),
+            "complex_value": column("complex_value", complex, nothing, **self._units),
+            "slope": column("slope", float, np.nan, **({"units": slope} if slope else {})),
+            "direction": column("direction", int, 0),
+            "steady_sliding": column("steady_sliding", bool, False),
+            "contact": column("name", str, ""),
+            "cause": column("cause", str, ""),
+        }
         return xr.Dataset(
-            {
-                "kind": column("kind", str, ""),
-                "frequency": column("frequency", float, np.nan, units="Hz"),
-                "eigenvalue": column("eigenvalue", complex, nothing, units=rate),
-                "other": column("other", complex, nothing, units=rate),
-                "complex_value": column("complex_value", complex, nothing, **self._units),
-                "slope": column("slope", float, np.nan, **({"units": slope} if slope else {})),
-                "direction": column("direction", int, 0),
-                "steady_sliding": column("steady_sliding", bool, False),
-                "contact": column("name", str, ""),
-                "cause": column("cause", str, ""),
-            },
+            apart(variables, [self.parameter]),
             coords={
                 "point": np.arange(len(self)),
                 self.parameter: column("value", float, np.nan, **self._units),

@@ -17,7 +17,7 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Real, real_array
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.values import checked_parameters
+from stickslip.scene.parameters.values import apart, checked_parameters
 from stickslip.scene.scene import Scene
 
 
@@ -50,7 +50,8 @@ def stability(
     Returns
     -------
     xarray.Dataset
-        Over ``sample``, with the parameters as coordinates: ``eigenvalue``, the one with the largest real
+        Over ``sample``, with the parameters as coordinates (a variable that is named as one has ``computed_``
+        before its name): ``eigenvalue``, the one with the largest real
         part and nonnegative imaginary part, 1/s; ``growth_rate``, its real part; ``frequency``,
         ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the number of modes that grow, where a conjugate pair
         counts as one; ``steady_sliding``, whether steady sliding of the combination exists (`sweep`): if it
@@ -76,15 +77,16 @@ def stability(
     else:
         found, contacts, attrs = _band_verdicts(family, combination, told, columns, region)
     eigenvalue = found["eigenvalue"]
+    variables = {
+        "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
+        "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
+        "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
+        "unstable_modes": ("sample", found["unstable_modes"]),
+        "steady_sliding": ("sample", found["steady_sliding"]),
+        "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
+    }
     return xr.Dataset(
-        {
-            "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
-            "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
-            "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
-            "unstable_modes": ("sample", found["unstable_modes"]),
-            "steady_sliding": ("sample", found["steady_sliding"]),
-            "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
-        },
+        apart(variables, columns),
         coords={
             "contact": contacts,
             **{name: ("sample", values, family.units(name)) for name, values in columns.items()},

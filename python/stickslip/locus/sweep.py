@@ -20,7 +20,7 @@ from stickslip.locus.sensitivity import is_defined
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, check_memory, whole_number
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.values import axis, divided
+from stickslip.scene.parameters.values import apart, axis, divided
 from stickslip.show.progress import LONG, tracked, watched
 
 _Part = TypeVar("_Part")
@@ -85,7 +85,8 @@ def sweep(
         ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
-        branches meet, so that their labels beyond are a convention. With `band` the attributes ``missing``,
+        branches meet, so that their labels beyond are a convention. A variable that is named as a parameter
+        has ``computed_`` before its name. With `band` the attributes ``missing``,
         the numbers of eigenvalues of the band that were not found at the lowest and the highest value, and
         ``doubts``, what could not be settled.
 
@@ -325,4 +326,4 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
     attributes = {"meetings": np.sort(result["meetings"])}
     coords = {name: (name, values, Family(model).units(name)) for name, values in axes.items()}
     others = {"branch": np.arange(eigenvalue.shape[-1]), "contact": contacts}
-    return xr.Dataset(variables, coords=coords | others, attrs=attributes)
+    return xr.Dataset(apart(variables, axes), coords=coords | others, attrs=attributes)

@@ -123,6 +123,9 @@ class Study:
     ) -> None:
         self.parameters = listed_parameters(parameters)
         self.outputs = listed_outputs(outputs)
+        for column in self.outputs.columns:
+            if column.name in self.parameters.names:
+                raise InputError(f"outputs: {column.name!r} is the name of a parameter of the study as well")
         self.family = _family(model, self.parameters.names, fixed)
         self.seed = whole_number("seed", seed, 0)
         self.sampler_options = dict(sampler_options or {})

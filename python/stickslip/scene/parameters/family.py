@@ -105,15 +105,17 @@ class Family:
     @cached_property
     def model(self) -> Model:
         """The scene, or the function without what a partial sets."""
-        is_bound = isinstance(self.given, partial) and not self.given.args
-        model: Model = self.given.func if is_bound else self.given
+        model: Model = self.given.func if self._is_bound else self.given
         return model
 
     @cached_property
     def arguments(self) -> dict[str, Any]:
         """What is set beforehand; a partial may be set again, as in a call."""
-        is_bound = isinstance(self.given, partial) and not self.given.args
-        return {**(self.given.keywords if is_bound else {}), **self.fixed}
+        return {**(self.given.keywords if self._is_bound else {}), **self.fixed}
+
+    @property
+    def _is_bound(self) -> bool:
+        return isinstance(self.given, partial) and not self.given.args
 
     @property
     def is_chain(self) -> bool:

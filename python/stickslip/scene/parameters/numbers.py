@@ -33,32 +33,22 @@ FACTORS = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
 COEFFICIENTS = {"damping_mass": "mass", "damping_stiffness": "stiffness"}
 #: What numbers of loads are called, after the name of the load; those of a switched one with a place.
 WAVE, SWITCHED = ("amplitude", "frequency", "phase"), ("times", "values")
-#: Units by field; an amplitude of a slider is a speed.
-UNITS = {
-    "friction": "1",
-    "friction_friction": "1",
-    "friction_mu0": "1",
-    "friction_slope": "s/m",
-    "friction_static": "1",
-    "friction_kinetic": "1",
-    "friction_speed": "m/s",
-    "friction_viscous": "s/m",
-    "static_friction": "1",
-    "slider_speed": "m/s",
-    "restitution": "1",
-    "gap": "m",
-    "normal_force": "N",
-    "normal_stiffness": "N/m",
-    "tangential_stiffness": "N/m",
-    "amplitude": "N",
-    "frequency": "Hz",
-    "phase": "rad",
-    "times": "s",
-    "values": "1",
-    "damping_mass": "1/s",
-    "damping_stiffness": "s",
-    **dict.fromkeys(FACTORS, "1"),
+#: Fields by unit; an amplitude of a slider is a speed.
+_BY_UNIT = {
+    "1": ("friction", "static_friction", "restitution", "values", *FACTORS),
+    "s/m": ("friction_slope", "friction_viscous"),
+    "m/s": ("slider_speed", "friction_speed"),
+    "m": ("gap",),
+    "N": ("normal_force", "amplitude"),
+    "N/m": SPRINGS,
+    "Hz": ("frequency",),
+    "rad": ("phase",),
+    "s": ("times", "damping_stiffness"),
+    "1/s": ("damping_mass",),
 }
+UNITS = {field: unit for unit, fields in _BY_UNIT.items() for field in fields}
+#: The other numbers of laws of friction.
+UNITS |= dict.fromkeys((f"{OF_LAW}{name}" for name in ("friction", "mu0", "static", "kinetic")), "1")
 
 
 @dataclass(frozen=True)
@@ -189,7 +179,8 @@ def found_number(scene: Any, name: str) -> Number | None:
     if name in _own_names(scene):
         return Number(name, "scene", name)
     if name in FACTORS:
-        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}")
+        others = "; vary damping_mass or damping_stiffness" if name == "damping" else ""
+        raise InputError(f"{name}: a parameter of this name is a factor, and the scene has no {name}{others}")
     raise InputError(
         f"{name}: the damping of the scene is a matrix, which has no coefficients; vary 'damping', a factor "
         "on it, or make the scene with damping=Rayleigh(...)"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -70,3 +70,9 @@ def between(model: Model, parameters: Any) -> tuple[str, float, float, SceneAt]:
     if ends.size != 2 or ends[0] == ends[1]:
         raise InputError(f"{name}: expected (begin, end) of the branch, got {ends.tolist()}")
     return name, float(ends[0]), float(ends[1]), scene_at
+
+
+def apart(variables: Mapping[str, Any], parameters: Iterable[str]) -> dict[str, Any]:
+    """Return variables of a dataset; one named as a parameter becomes ``computed_`` and its name."""
+    taken = set(parameters)
+    return {f"computed_{name}" if name in taken else name: one for name, one in variables.items()}
