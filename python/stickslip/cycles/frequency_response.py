@@ -18,6 +18,7 @@ from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
 from stickslip.scene.loads.of_scene import core_loads, load_names
+from stickslip.scene.parameters.numbers import load_numbers
 from stickslip.scene.parameters.values import along, between
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
