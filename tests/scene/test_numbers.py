@@ -123,9 +123,9 @@ def test_searches_for_motions_take_factors():
     assert diagram.data.stiffness.units == "1"
     reached = ss.basins(belt, {"damping": [1.0, 2.0]}, start=start, velocity={"x1": [0.0]})
     assert reached.map.damping.units == "1"
-    branch = ss.follow_branch(diagram.cycles[0], {"stiffness": [1.0, 1.05]})
+    branch = ss.continuation(diagram.cycles[0], {"stiffness": (1.0, 1.05)}, at=[1.05])
     near = ss.Scene([1.0], [[1.05]], damping=[[0.05]], contacts=belt.contacts)
-    assert branch.cycles[1].period == pytest.approx(diagram.cycles[0].continued(near).period, rel=1e-9)
+    assert branch.at(1.05)[0].period == pytest.approx(diagram.cycles[0].continued(near).period, rel=1e-9)
     assert branch.data.stiffness.units == "1"
 
 

@@ -17,7 +17,8 @@ from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Flags, Real, described, shown_statuses, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest
-from stickslip.scene.drawing.schematic import Column, Schematic, Structured, schematic, structure
+from stickslip.scene.drawing.schematic import Column, Schematic, schematic, structure
+from stickslip.scene.scene import Scene
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE
 
@@ -57,7 +58,7 @@ class Computed(Protocol):
         """Names of the dofs."""
 
     @property
-    def scene(self) -> Structured:
+    def scene(self) -> Scene:
         """The scene."""
 
     def described(self, mode: int) -> str:
@@ -255,7 +256,8 @@ class ModesPlots(Plots[Computed]):
             If there is no mode of that number, or there are too few frames.
         """
         count, mode = whole_number("frames", frames, 2), self._number(number)
-        drawing = structure(self._result.scene, columns)
+        scene = self._result.scene
+        drawing = structure(scene, columns)
         wide = 6.4 if drawing.faces else 2.2 + 1.3 * max(body.x for body in drawing.bodies)
         figure = Figure(figsize=(max(wide, 4.0), 3.6), layout="constrained")
         axes: Axes = figure.subplots()

@@ -45,7 +45,8 @@ class ScenePlots(Plots[Structured]):
         displacement
             Displacement of the dofs, (n,), in any unit: the largest is drawn 0.3 long. None: at rest.
         columns
-            Places of the masses; empty: those of the model of the scene, or none are known.
+            Places of the masses; empty: those of the model of the scene, or each contact in its own
+            directions.
         ax
             Where to draw; None: on axes of its own.
 
