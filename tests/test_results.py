@@ -358,7 +358,8 @@ def test_a_mode_has_the_number_that_is_shown():
 
 #: What analyses return.
 RESULTS = [
-    "Balance", "Basins", "Bifurcation", "Branch", "Cycle", "Events", "FrequencyResponse",
+    "Balance", "Basins", "Bifurcation", "Branch", "CriticalPoints", "Cycle", "Equilibrium", "Events",
+    "FrequencyResponse",
     "ModeSelection", "Modes", "Motion",
     "StatusTable", "Trajectory",
 ]  # fmt: skip
@@ -368,7 +369,7 @@ def test_every_result_is_here():
     classes = {getattr(space, name) for space in (ss, ss.types) for name in dir(space)}
     shown = {one.__name__ for one in classes if inspect.isclass(one) and hasattr(one, "to_dataset")}
     # Critical points are drawn with the loci that they belong to.
-    assert shown == {*RESULTS, "CriticalPoints"}
+    assert shown == set(RESULTS)
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -36,6 +36,8 @@ class Periodic(Protocol):
 class CyclePlots(MovingPlots[Periodic]):
     """Pictures of one period of a limit cycle."""
 
+    _fine = 4097
+
     def __init__(self, cycle: Periodic) -> None:
         super().__init__(cycle, cycle.run)
 

@@ -14,10 +14,13 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 #: All kinds of critical points.
 KINDS: tuple[Kind, ...] = get_args(Kind)
+#: Markers of those that have a frequency.
+MARKED = {"hopf": "o", "divergence": "s", "lock_in": "D", "crossing": "x"}
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,34 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
     def to_dataframe(self) -> pd.DataFrame:
         """Return a `pandas.DataFrame` with the columns of `to_dataset`, one row per point."""
         return self.to_dataset().to_dataframe()
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the frequencies of the points over the parameter, a marker for each kind; return the Axes.
+
+        A contact that opens or closes is a dashed line. Points without steady sliding are hollow.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import OVERLAY, quantity
+
+        axes, named = axes_of(ax), set[str]()
+        for point in self:
+            label = "" if point.kind in named else point.kind.replace("_", "-")
+            named.add(point.kind)
+            if point.kind == "separation":
+                axes.axvline(point.value, color="black", linestyle="--", linewidth=0.8, label=label or None)
+                continue
+            fill = "full" if point.steady_sliding else "none"
+            marker, colour = MARKED[point.kind], OVERLAY[0][0]
+            axes.plot(point.value, point.frequency, marker, color=colour, fillstyle=fill, label=label or None)
+        axes.set(xlabel=quantity(self.parameter, self._units.get("units", "")), ylabel="frequency, Hz")
+        if named:
+            axes.legend(frameon=False, fontsize="small")
+        return axes
 
     def summary(self) -> Summary:
         """Return a table of the points."""

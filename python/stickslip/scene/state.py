@@ -26,6 +26,7 @@ from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 #: Change of a state: dof name or index to amount, or one amount per dof.
 Change = Mapping[str | int, float] | ArrayLike
@@ -280,6 +281,27 @@ class Equilibrium(State, Shown):
             .assign_coords(dof=list(self.dofs))
             .assign_attrs(combination=self.combination, unique=known)
         )
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw normal and friction force of every contact as bars; return the Axes.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.plots import axes_of
+        from stickslip.show.style import COLOURS
+
+        axes, places = axes_of(ax), np.arange(len(self.normal_forces))
+        axes.bar(places - 0.2, self.normal_forces, 0.4, color=COLOURS["+"], label="normal force")
+        axes.bar(places + 0.2, self.friction_forces, 0.4, color=COLOURS["d"], label="friction force")
+        axes.axhline(0.0, color="black", linewidth=0.6)
+        axes.set(xlabel="contact", ylabel="force, N", title=f"Steady sliding, status {self.combination}")
+        if len(places) <= 24:
+            axes.set_xticks(places, [str(label) for label in self.scene.contact_labels()])
+        axes.legend(frameon=False, fontsize="small")
+        return axes
 
     def summary(self) -> Summary:
         """Return whether the equilibrium is the only one, and a table of the contacts."""
