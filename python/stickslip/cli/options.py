@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 import stickslip as ss
-from stickslip.files.case import load_case
 from stickslip.scene.checks import described
 from stickslip.show.summary import cell
 
@@ -50,6 +49,8 @@ def scene_argument(verb: F) -> F:
 
 def loaded(path: Path, changes: Sequence[str]) -> ss.Case:
     """Return the case of a scene file with its changes."""
+    from stickslip.files.case import load_case
+
     case = load_case(path)
     return case.replace(**named("--set", map(parameter, changes))) if changes else case
 

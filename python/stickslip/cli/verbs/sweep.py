@@ -19,7 +19,6 @@ from stickslip.cli.options import (
     scene_argument,
     table,
 )
-from stickslip.files.scene_file import parameter_values
 from stickslip.show.summary import Table
 
 if TYPE_CHECKING:
