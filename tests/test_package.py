@@ -61,3 +61,16 @@ def test_the_version_stands_in_one_place_and_the_citation_follows():
     ]
     assert ss.__version__ == version
     assert f"version: {version}" in (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+
+
+def test_the_lowest_versions_that_are_tested_are_the_bounds():
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    bounds = [bound.split(">=") for bound in (*project["dependencies"], *extras["study"], *extras["fe"])]
+    lines = (root / ".ci" / "lowest.txt").read_text(encoding="utf-8").splitlines()
+    lowest = dict(line.split("==") for line in lines if not line.startswith("#"))
+    assert set(lowest) == {name for name, _ in bounds}
+    for name, version in bounds:
+        # 3.8 and 3.8.0 are the same.
+        assert lowest[name].removesuffix(".0").removesuffix(".0") == version.removesuffix(".0"), name

@@ -196,7 +196,9 @@ def test_every_public_dataset_as_a_table(public, tmp_path):
     for call, array in public.items():
         expected = split_complex(labelled(array))
         ss.save(array, tmp_path / "data.csv")
-        table = pandas.read_csv(tmp_path / "data.csv", keep_default_na=False, na_values=["nan"])
+        table = pandas.read_csv(
+            tmp_path / "data.csv", float_precision="round_trip", keep_default_na=False, na_values=["nan"]
+        )
         (first, *_) = [*expected.sizes, None]
         seen = [
             name

@@ -143,21 +143,21 @@ def test_withheld_eigenvalues_are_counted(disc):
         assert abs(certificate.missing(with_conjugates(left)) - 2 * count) < 0.05
 
 
-def test_left_vectors_take_less_work_than_right_ones(disc, monkeypatch):
-    """Their search begins with conjugates of right ones; a random start takes 102 dimensions."""
-    work = []
-    nearest = shift_invert._Krylov.nearest
-
-    def counted(*arguments):
-        answer = nearest(*arguments)
-        work.append(answer[3])
-        return answer
-
-    monkeypatch.setattr(shift_invert._Krylov, "nearest", counted)
-    shift_invert.search_near(SparsePencil.of(disc, ""), 4e4j, 120, 2e4)
-    right, left = work
-    # 96 and 84
-    assert left < 0.95 * right
+def test_more_pairs_than_first_asked_for_are_found_within_a_radius(disc, every, monkeypatch):
+    """However few the first search takes: the number of the next ones follows from their distances."""
+    upper = every.eigenvalues[every.eigenvalues.imag > 0.0]
+    shift, radius = 4e4j, 2e4
+    # An eigenvalue on the border may be found or not.
+    expected = upper[np.abs(upper - shift) <= radius * (1.0 - 1e-9)]
+    monkeypatch.setattr(shift_invert, "_FIRST", 4)
+    found = shift_invert.search_near(SparsePencil.of(disc, ""), shift, 120, radius)
+    assert found.radius > radius
+    within = found.eigenvalues[np.abs(found.eigenvalues - shift) <= radius]
+    assert within.size == expected.size > 12
+    np.testing.assert_allclose(np.sort_complex(within), np.sort_complex(expected), rtol=1e-9)
+    few = shift_invert.search_near(SparsePencil.of(disc, ""), shift, 5, radius)
+    assert few.eigenvalues.size == 5
+    assert few.radius < radius
 
 
 def test_planted_spectra_are_counted_right_or_in_doubt():
@@ -223,10 +223,9 @@ def test_rigid_body_motions_are_counted(bodies, damping):
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
 
 
-def test_left_vectors_by_shared_factors_are_those_of_their_own(disc, every, monkeypatch):
-    """Where many entries fill in, one factorization serves both sides, and nested dissection orders it."""
-    for module, name in ((shift_invert, "_SHARED"), (pencils, "_DISSECTED")):
-        monkeypatch.setattr(module, name, 0)
+def test_modes_in_the_order_of_nested_dissection_are_the_same(disc, every, monkeypatch):
+    """Where many entries fill in, nested dissection orders the factorizations."""
+    monkeypatch.setattr(pencils, "_DISSECTED", 0)
     modes = ss.complex_modes(disc, "", band=(0.0, 12e3))
     expected = every.eigenvalues[every.frequencies <= 12e3]
     assert np.all(np.abs(modes.eigenvalues - expected) <= 10.0 * modes.condition * EPS * np.abs(expected))

@@ -7,11 +7,13 @@ import linecache
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy import stats
 
 import stickslip as ss
 import study_models as models
+from stickslip.study.parameters import parameters
 from stickslip.study.sample.fingerprint import described_function
 
 #: A module of a user: a constant, a table, a set, a helper, a class, and a module of constants beside it.
@@ -119,6 +121,20 @@ def test_a_store_refuses_a_model_that_reads_or_calls_something_else(module, tmp_
         study(module().model).run(tmp_path / "x.zarr")
     # The same numbers, written anew: the same study.
     assert (study(module(**change).model).run(tmp_path / "x.zarr").status == "ok").all()
+
+
+def test_laws_of_scipy_are_told_by_name_and_arguments_and_others_by_what_they_hold():
+    def described(law):
+        return json.loads(json.dumps(parameters({"friction": law}).described()))["friction"]
+
+    assert described(stats.uniform(0.3, 0.1)) == ["uniform", 0.3, 0.1, {}]
+    assert described(stats.poisson(mu=3.0)) == ["poisson", {"mu": 3.0}]
+
+    class Uniform(type(stats.uniform)):
+        """Of the name of one of scipy, and another one."""
+
+    for other in (Uniform(name="uniform")(0.3, 0.1), stats.rv_histogram(np.histogram([1.0, 2.0], 2))()):
+        assert described(other)[0] == "rv_continuous_frozen"
 
 
 class Weighted:

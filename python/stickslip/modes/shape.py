@@ -116,7 +116,7 @@ def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: C
     for i, (status, contact) in enumerate(zip(modes.combination, scene.contacts, strict=True)):
         if isinstance(contact.friction, Law) and status in "+-":
             # Beside mu N it changes with slip speed: what is left of the load along the contact.
-            phasors[i] = structure.impulse_response[:, 2 * i] @ unbalanced
+            phasors[i] = times(structure.impulse_response[:, [2 * i]].T, unbalanced)[0]
     return phasors
 
 

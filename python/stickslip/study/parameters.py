@@ -282,15 +282,15 @@ def _described(value: Any) -> Any:
         }
     frozen = getattr(value, "dist", None)
     if frozen is not None and hasattr(value, "args"):
+        from scipy import stats
+
         plain = [frozen.name, *map(_plain, value.args), {k: _plain(v) for k, v in value.kwds.items()}]
         try:
             json.dumps(plain)
         except TypeError:
             plain = []
-        # Distributions made from data carry it in themselves.
-        if plain and type(frozen).__module__.startswith("scipy.stats._cont"):
-            return plain
-        if plain and type(frozen).__module__.startswith("scipy.stats._discrete"):
+        # Distributions of scipy are told by their names; those of data or of another class carry more.
+        if plain and type(frozen) is type(getattr(stats, str(frozen.name), None)):
             return plain
     elif isinstance(value, int | float | list | tuple | np.ndarray | np.number):
         return np.asarray(value, dtype=float).tolist()

@@ -85,6 +85,8 @@ def sweep(
 
 
 def _values(text: str) -> tuple[str, Any]:
+    from stickslip.files.scene_file import parameter_values
+
     name, _, value = text.partition("=")
     parts = value.split(":")
     if len(parts) != 3:

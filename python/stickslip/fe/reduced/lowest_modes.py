@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from stickslip.faults import InputError
-from stickslip.modes.sparse.orthonormal import Orthonormal
+from stickslip.fe.reduced.orthonormal import Orthonormal
 from stickslip.scene.checks import Real
 
 #: Residual of a mode, relative to its theta, up to which it counts as found.
@@ -43,7 +43,7 @@ class LowestModes:
         )
         size = self.mass.shape[0]
         self._random = np.random.default_rng(0)
-        self._space = Orthonormal(size, 32 * _BLOCK, float, scipy.sparse.csr_array(self.mass))
+        self._space = Orthonormal(size, 32 * _BLOCK, scipy.sparse.csr_array(self.mass))
         #: The operator in the space, for the columns of it that were multiplied
         self._projected = np.zeros((0, 0))
         self._massless = not self.mass.diagonal().all()

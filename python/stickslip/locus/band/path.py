@@ -20,7 +20,6 @@ import scipy.sparse.linalg
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.locus.band.states import States
 from stickslip.locus.path import Interpolation, Sliding
 from stickslip.modes.complex_modes import FEW, band_modes, region_of
 from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
@@ -132,8 +131,7 @@ class BandPath:
 
     def _agrees(self, value: float, exact: Complex, condition: Real) -> bool:
         """Return whether the projected eigenvalues at a value are the exact ones of the band."""
-        mass, damping, stiffness = self.path.matrices(value)[:3]
-        ritz: Complex = scipy.linalg.eigvals(States.of(mass, damping, stiffness).matrix)
+        ritz: Complex = self.path.sweep(np.array([value]), False)["eigenvalue"][0]
         inside = self.region.holds(exact)
         projected = ritz[self.region.holds(ritz) & (ritz.imag >= 0.0)]
         if not inside.any():

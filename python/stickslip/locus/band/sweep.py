@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import scipy.optimize
 from threadpoolctl import threadpool_limits
 
 from stickslip import _core
-from stickslip.locus.band.states import States
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real
 
@@ -23,6 +21,8 @@ _HALVINGS = 5
 _DEFECTIVE = 3.4e6
 #: Relative error of an eigenvalue of a projected pencil, times its condition: growth within it is zero.
 _ERROR = 1e-9
+#: What a point takes of `Path.sweep`.
+_NAMES = ("eigenvalue", "right", "left", "a", "slope", "condition")
 
 
 @dataclass(frozen=True)
@@ -40,27 +40,14 @@ class _Point:
 
     @classmethod
     def of(cls, path: _core.Path, value: float) -> _Point:
-        mass, damping, stiffness, *changes = path.matrices(value)
-        states = States.of(mass, damping, stiffness)
-        values, vectors = scipy.linalg.eig(states.matrix)
-        # Rows of the inverse are left vectors, bi-orthogonal also where eigenvalues are equal.
+        mass, damping = path.matrices(value)[:2]
+        found = {
+            name: part[0] for name, part in path.sweep(np.array([value]), True).items() if name in _NAMES
+        }
         with np.errstate(all="ignore"):
-            right, left = states.shapes(vectors), states.lefts(np.linalg.inv(vectors))
-            a = np.einsum("ij,ij->j", left, 2.0 * (mass @ right) * values + damping @ right)
-            left = left / a
-            moved = [change @ right for change in changes]
-            slope = -np.einsum("ij,ij->j", left, (moved[0] * values + moved[1]) * values + moved[2])
-
-            def length(matrix: Real, x: Complex) -> Real:
-                size: Real = np.sqrt(np.einsum("ij,ij->j", x.conj(), matrix @ x).real)
-                return size
-
-            condition = 2.0 * np.abs(values) * length(mass, right) * length(mass, left)
-            s = ~states.second
-            slip = damping[np.ix_(s, s)]
-            condition += length(slip, right[s]) * length(slip, left[s])
-        condition = np.where(np.isfinite(condition), condition, np.inf)
-        return cls(value, values, right, left, mass, damping, slope, condition)
+            left = found["left"] / found["a"]
+        values, right = found["eigenvalue"], found["right"]
+        return cls(value, values, right, left, mass, damping, found["slope"], found["condition"])
 
     def ordered(self, order: Any) -> _Point:
         return _Point(

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 import scipy.sparse.csgraph
 from numpy.typing import NDArray
 
@@ -40,6 +41,9 @@ def dissected(graph: Any) -> NDArray[np.int64]:
 
 def _halves(edges: Any) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Return two sets of vertices that no edge joins, and the set between them."""
+    # The searches of scipy 1.13 take no wider indices.
+    parts = (edges.data, edges.indices.astype(np.int32), edges.indptr.astype(np.int32))
+    edges = scipy.sparse.csr_array(parts, shape=edges.shape)
     root = 0
     for _ in range(_ENDS + 1):
         level = scipy.sparse.csgraph.dijkstra(edges, directed=False, unweighted=True, indices=root)

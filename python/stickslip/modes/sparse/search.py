@@ -31,8 +31,8 @@ _ROUNDS = 6
 WHOLE = 0.01
 #: Width of the margin round a region, relative to its outer radius: so far a correction may move one.
 MARGIN = 1e-6
-#: Pairs that a search for missing ones takes, and its block.
-_AGAIN, _AGAIN_BLOCK = 40, 4
+#: Pairs that a search for missing ones takes.
+_AGAIN = 40
 
 
 @dataclass
@@ -42,12 +42,12 @@ class Search:
     pencil: SparsePencil
     found: list[Found] = field(default_factory=list)
 
-    def near(self, shifts: Sequence[complex], count: int, radius: float = np.inf, block: int = 2) -> None:
+    def near(self, shifts: Sequence[complex], count: int, radius: float = np.inf) -> None:
         """Search round some shifts, on all cores; `radius` is that of each."""
         seed = len(self.found)
         jobs = list(enumerate(shifts, start=seed))
         self.found += on_all_cores(
-            lambda job: search_near(self.pencil, job[1], count, radius, seed=job[0], block=block), jobs
+            lambda job: search_near(self.pencil, job[1], count, radius, seed=job[0]), jobs
         )
 
     def merged(self) -> Found:
@@ -175,7 +175,7 @@ def certified(search: Search, region: Region, width: float) -> Answer:
         real = first / missing
         shift = complex(real, np.sqrt(max(real * real - second / missing, 0.0)))
         before = merged.eigenvalues.size
-        search.near([shift * (1.0 + 1e-3), shift], _AGAIN, block=_AGAIN_BLOCK)
+        search.near([shift * (1.0 + 1e-3), shift], _AGAIN)
         merged = search.merged()
         if merged.eigenvalues.size == before:
             break

@@ -214,7 +214,7 @@ class ZarrStore(Store):
                     column.name,
                     shape=(layout.size, *rest),
                     chunks=(chunk, *(max(1, length) for length in rest)),
-                    dtype="string" if column.dtype == "str" else column.dtype,
+                    dtype=str if column.dtype == "str" else column.dtype,
                     fill_value=PENDING if column.name == "status" else column.missing,
                     dimension_names=("sample", *column.dims),
                     attributes=column.attrs,
