@@ -117,12 +117,12 @@ assert_type(ss.mode_selection(scene), ss.types.ModeSelection)
 study = ss.Study(model, {"friction": [0.1, 0.2]})
 assert_type(study.run(), xr.Dataset)
 assert_type(study.scene_of([0.1]), ss.Scene)
-case = ss.load("scene.toml").replace(friction_0=0.3)
+read: ss.Case = ss.load("scene.toml")
+case = read.replace(friction_0=0.3)
 assert_type(case, ss.Case)
 assert_type(case.simulate(), ss.Trajectory)
 assert_type(case.to_study(), ss.Study)
-assert_type(ss.load("run.nc"), xr.Dataset)
-assert_type(ss.load("scene.toml").scene, ss.Scene)
+assert_type(case.scene, ss.Scene)
 """
 
 WRONG = {

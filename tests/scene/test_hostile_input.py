@@ -180,7 +180,7 @@ def test_scene_and_start_of_the_wrong_kind():
     start = ss.steady_sliding(scene())
     with pytest.raises(ss.InputError, match="scene: expected a Scene, got 1"):
         ss.simulate(1, 0.1, start)
-    with pytest.raises(ss.InputError, match=r"start: expected a State, got \[0, 0\]"):
+    with pytest.raises(ss.InputError, match=r"start: expected a State or None, got \[0, 0\]"):
         ss.simulate(scene(), 0.1, [0, 0])
 
 
