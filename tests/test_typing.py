@@ -135,7 +135,7 @@ WRONG = {
     "ss.sweep(scene, [1.0])": "incompatible type",
     "run.events[0].contcat": "has no attribute",
     "ss.types.Motoin": "has no attribute",
-    "modes.mac(scene)": "incompatible type",
+    "ss.complex_modes(scene).mac(scene)": "incompatible type",
 }
 
 
