@@ -78,7 +78,9 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
     other = sequences == ""
     if other.any():
         axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")
-    axes.set(xlabel=quantity(parameter), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
+    axes.set(xlabel=quantity(parameter), ylabel=f"amplitude of {dof}, µm")
+    # From zero on, with room above amplitudes that hardly change.
+    axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     axes.legend(frameon=False, fontsize="x-small", loc="lower right")
     return axes
 
