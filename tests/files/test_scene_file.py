@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import stickslip as ss
-from stickslip.fe.formats.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import toml_text
+from stickslip.scene.arrays.matrix_file import read_matrix, write_matrix
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
