@@ -135,11 +135,9 @@ def test_a_scene_comes_back_exactly(tmp_path_factory, scene, matrices):
     path = tmp_path_factory.mktemp("scene") / "brake.toml"
     if matrices == "mtx":
         # Matrix Market has no negative zero to its reader.
-        scene = scene.replace(**{f: getattr(scene, f) + 0.0 for f in ("mass", "force")})
-        if isinstance(scene.stiffness, np.ndarray):
-            scene = scene.replace(stiffness=scene.stiffness + 0.0)
-        if isinstance(scene.damping, np.ndarray):
-            scene = scene.replace(damping=scene.damping + 0.0)
+        names = ("mass", "force", "stiffness", "damping", "gyroscopic", "circulatory")
+        dense = {name: getattr(scene, name) for name in names}
+        scene = scene.replace(**{k: m + 0.0 for k, m in dense.items() if isinstance(m, np.ndarray)})
     ss.save(scene, path, matrices)
     assert identical(scene, ss.load_scene(path))
 
