@@ -196,9 +196,8 @@ def test_every_public_dataset_as_a_table(public, tmp_path):
     for call, array in public.items():
         expected = split_complex(labelled(array))
         ss.save(array, tmp_path / "data.csv")
-        table = pandas.read_csv(
-            tmp_path / "data.csv", float_precision="round_trip", keep_default_na=False, na_values=["nan"]
-        )
+        # As text: the default reader of pandas 2 rounds numbers once more.
+        table = pandas.read_csv(tmp_path / "data.csv", dtype=str, keep_default_na=False)
         (first, *_) = [*expected.sizes, None]
         seen = [
             name
@@ -208,8 +207,11 @@ def test_every_public_dataset_as_a_table(public, tmp_path):
         assert len(table) == (expected.sizes[first] if first else 1), call
         for name in seen:
             column = expected[name].to_numpy()
-            if column.dtype.kind in "biuf":
-                np.testing.assert_array_equal(table[name].to_numpy(), column, err_msg=f"{call}: {name}")
+            if column.dtype.kind in "iuf":
+                numbers = np.array(table[name].tolist(), dtype=str).astype(column.dtype)
+                np.testing.assert_array_equal(numbers, column, err_msg=f"{call}: {name}")
+            elif column.dtype.kind == "b":
+                assert table[name].tolist() == list(map(str, column)), (call, name)
             else:
                 assert table[name].astype(str).tolist() == column.tolist(), (call, name)
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import stickslip as ss
-from stickslip.fe.formats.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import toml_text
+from stickslip.scene.arrays.matrix_file import read_matrix, write_matrix
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
@@ -135,11 +135,9 @@ def test_a_scene_comes_back_exactly(tmp_path_factory, scene, matrices):
     path = tmp_path_factory.mktemp("scene") / "brake.toml"
     if matrices == "mtx":
         # Matrix Market has no negative zero to its reader.
-        scene = scene.replace(**{f: getattr(scene, f) + 0.0 for f in ("mass", "force")})
-        if isinstance(scene.stiffness, np.ndarray):
-            scene = scene.replace(stiffness=scene.stiffness + 0.0)
-        if isinstance(scene.damping, np.ndarray):
-            scene = scene.replace(damping=scene.damping + 0.0)
+        names = ("mass", "force", "stiffness", "damping", "gyroscopic", "circulatory")
+        dense = {name: getattr(scene, name) for name in names}
+        scene = scene.replace(**{k: m + 0.0 for k, m in dense.items() if isinstance(m, np.ndarray)})
     ss.save(scene, path, matrices=matrices)
     assert identical(scene, ss.load(path).scene)
 

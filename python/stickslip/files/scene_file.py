@@ -23,9 +23,9 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.fe.formats.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
+from stickslip.scene.arrays.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.scene.checks import Real, check_memory, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.laws.damping import Rayleigh

@@ -26,7 +26,7 @@ from stickslip.fe.formats.entries import (
     whole,
 )
 from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
-from stickslip.fe.formats.matrix_file import array_headers, read_array, readable
+from stickslip.scene.arrays.matrix_file import array_headers, read_array, readable
 from stickslip.scene.checks import described
 from stickslip.scene.contact import nearest
 from stickslip.scene.laws.damping import Rayleigh

@@ -1,0 +1,1 @@
+"""Matrices and vectors of scenes and bodies in files."""
