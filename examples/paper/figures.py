@@ -25,7 +25,6 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.locus.critical import critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
-from stickslip.modes.shape import orbit
 from stickslip.motion.figures import ENERGY as ENERGY_SAMPLES
 from stickslip.motion.motion import Motion
 from stickslip.scene.models import two_subsystems
@@ -123,7 +122,7 @@ def figure_4() -> Figure:
     figure = _sized(80.0)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, (name, (dofs, inclination)) in zip(panels.ravel(), MASSES.items(), strict=True):
-        motion = orbit(modes, leading, dofs).to_numpy()
+        motion = modes.orbit(leading, dofs).to_numpy()
         turn = np.array(
             [
                 [np.cos(inclination), -np.sin(inclination)],
