@@ -20,15 +20,13 @@ use crate::motion::taylor::operator::{InModes, TaylorOperator};
 use crate::motion::taylor::rows::{Orders, Products, Rows};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::{GROUP, Lanes, VectorUnit};
+use crate::numerics::simd::{Lanes, VectorUnit};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
 /// Bound of the terms that the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
-/// Coordinates of two groups.
-const PAIR: usize = 2 * GROUP;
 /// Orders of the terms.
 pub(crate) const ORDERS: usize = DEGREE + 2;
 
@@ -310,13 +308,6 @@ impl TaylorMotion {
     #[inline(always)]
     pub(crate) fn shorten_by(&mut self, powers: &[f64; ORDERS]) {
         self.width *= powers[1];
-        // A constant number of coordinates unrolls the loops.
-        if self.size == PAIR {
-            for (terms, power) in self.terms.as_chunks_mut::<PAIR>().0.iter_mut().zip(powers) {
-                terms.iter_mut().for_each(|term| *term *= power);
-            }
-            return;
-        }
         for (terms, power) in self.terms.chunks_exact_mut(self.size).zip(powers) {
             terms.iter_mut().for_each(|term| *term *= power);
         }
