@@ -107,7 +107,10 @@ impl CombinationBasis {
             Ok((Propagator::Taylor(Box::new(operator)), left))
         };
         let by_law = scene.sliding_by_law(combination).next();
-        let large = scene.free(combination) > largest(scene);
+        let large = || {
+            let largest = largest(scene);
+            scene.size > largest && scene.free(combination) > largest
+        };
         let (propagator, left) = if let Some((contact, _)) = by_law {
             if wanted == Wanted::Modes {
                 let combination = combination.to_string();
@@ -117,7 +120,7 @@ impl CombinationBasis {
             let scene = left.as_deref().unwrap_or(scene);
             let operator = LawOperator::new(scene, combination, &functions)?;
             (Propagator::Law(Box::new(operator)), left)
-        } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
+        } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large() {
             series()?
         } else {
             let left = left();

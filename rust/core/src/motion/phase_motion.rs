@@ -238,6 +238,7 @@ impl CoupledMotion<'_> {
 
     /// Fills `panel` with the event functions on the next stretch. Before it, stretches on which no function
     /// can vanish may be passed over, up to the local time `remaining`.
+    #[inline(always)]
     pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.expand(modal, remaining, panel),

@@ -17,12 +17,20 @@ trait Grouped {
     /// On the groups of n coordinates.
     #[inline(always)]
     fn all<S: Lanes>(&mut self, simd: S, n: usize) {
-        let whole = n - n % (AT_ONCE * GROUP);
-        for first in (0..whole).step_by(AT_ONCE * GROUP) {
-            self.groups::<AT_ONCE, S>(simd, first, GROUP);
+        let whole = n / GROUP * GROUP;
+        let mut first = 0;
+        while first < whole {
+            let count = ((whole - first) / GROUP).min(AT_ONCE);
+            match count {
+                1 => self.groups::<1, S>(simd, first, GROUP),
+                2 => self.groups::<2, S>(simd, first, GROUP),
+                3 => self.groups::<3, S>(simd, first, GROUP),
+                _ => self.groups::<AT_ONCE, S>(simd, first, GROUP),
+            }
+            first += count * GROUP;
         }
-        for first in (whole..n).step_by(GROUP) {
-            self.groups::<1, S>(simd, first, (n - first).min(GROUP));
+        if whole < n {
+            self.groups::<1, S>(simd, whole, n - whole);
         }
     }
 }

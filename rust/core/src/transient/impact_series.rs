@@ -81,20 +81,27 @@ pub(crate) fn record_events(
     for &(contact, kind) in &settlement.events {
         let event = trajectory.events.len();
         trajectory.events.push(Event { time, contact, kind, phase });
-        if kind != EventKind::Accumulation {
-            continue;
+        if kind == EventKind::Accumulation {
+            let left_out = left_out(event, contact, settlement.rest, series, limits);
+            trajectory.accumulations.extend(left_out);
         }
-        let left_out = match settlement.rest {
-            Some(rest) => {
-                let bounces = (rest / series.ulp).ln() / -series.ratios[contact].ln();
-                let bounces = bounces.clamp(1.0, f64::MAX).ceil() as usize;
-                Some(Accumulation { event, bounces, error: rest })
-            }
-            None => limits
-                .iter()
-                .find(|limit| limit.contact == contact)
-                .map(|limit| Accumulation { event, bounces: limit.bounces, error: limit.error }),
-        };
-        trajectory.accumulations.extend(left_out);
     }
+}
+
+/// What the end of a series of bounces leaves out.
+#[cold]
+fn left_out(
+    event: usize,
+    contact: usize,
+    rest: Option<f64>,
+    series: &Series,
+    limits: &[Limit],
+) -> Option<Accumulation> {
+    if let Some(rest) = rest {
+        let bounces = (rest / series.ulp).ln() / -series.ratios[contact].ln();
+        let bounces = bounces.clamp(1.0, f64::MAX).ceil() as usize;
+        return Some(Accumulation { event, bounces, error: rest });
+    }
+    let limit = limits.iter().find(|limit| limit.contact == contact)?;
+    Some(Accumulation { event, bounces: limit.bounces, error: limit.error })
 }

@@ -1,15 +1,17 @@
 //! The combinations that a run has met, and the bases by which their phases are propagated.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::error::input::Error;
+use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{MODES_AT_ONCE, Novelty, Rental};
 use crate::motion::propagators::Propagators;
 use crate::scene::status::{Combination, Status};
 use crate::transient::run_state::RunState;
 use crate::transient::trajectory::model::Trajectory;
-use crate::transient::trajectory::used_bases::UsedBasis;
+use crate::transient::trajectory::used_bases::{HeldBases, UsedBasis};
 
 /// Combinations that a run looks up by comparing statuses; those met later by their hash.
 const COMPARED: usize = 24;
@@ -30,18 +32,30 @@ pub(crate) struct MetCombinations<'a> {
     /// Places of those from `COMPARED` on.
     places: HashMap<Combination, usize>,
     novelty: Novelty,
+    held: HeldBases,
 }
 
 impl<'a> MetCombinations<'a> {
     /// None yet.
     pub fn new(propagators: &'a Propagators, method: Method) -> Self {
-        let (known, places) = (Vec::new(), HashMap::new());
-        Self { propagators, method, known, places, novelty: Novelty::default() }
+        Self {
+            propagators,
+            method,
+            known: Vec::new(),
+            places: HashMap::new(),
+            novelty: Novelty::default(),
+            held: HeldBases::default(),
+        }
     }
 
     /// The place of a basis among those of the trajectory.
     pub fn basis(&self, place: usize) -> usize {
         self.known[place].basis
+    }
+
+    /// The basis of a combination, from its place.
+    pub fn held(&mut self, trajectory: &Trajectory, place: usize) -> &Arc<CombinationBasis> {
+        self.held.get(&trajectory.bases, self.propagators, self.known[place].basis)
     }
 
     /// Number of panels that a phase may take, by the time at which the next of them begins, s.
@@ -88,11 +102,13 @@ impl<'a> MetCombinations<'a> {
             return Ok(place);
         }
         let combination = Combination::new(statuses.to_vec());
-        let free = state.scene.free(&combination);
-        let renting = self.method == Method::Auto && free > MODES_AT_ONCE;
-        let wanted = if renting { Wanted::Series } else { self.method.for_repeated_use() };
+        let may_rent = self.method == Method::Auto && state.scene.size > MODES_AT_ONCE;
+        let free = may_rent.then(|| state.scene.free(&combination));
+        let renting = free.filter(|&free| free > MODES_AT_ONCE);
+        let wanted =
+            if renting.is_some() { Wanted::Series } else { self.method.for_repeated_use() };
         let basis = self.find(&mut state.trajectory, &combination, wanted)?;
-        let rental = renting.then(|| Rental::new(self.propagators.cost(free)));
+        let rental = renting.map(|free| Rental::new(self.propagators.cost(free)));
         let place = self.known.len();
         self.known.push(Known { basis, rental });
         if place >= COMPARED {
@@ -103,7 +119,7 @@ impl<'a> MetCombinations<'a> {
 
     /// The place of a basis among those of the trajectory, which gains it.
     fn find(
-        &self,
+        &mut self,
         trajectory: &mut Trajectory,
         combination: &Combination,
         wanted: Wanted,
@@ -111,6 +127,8 @@ impl<'a> MetCombinations<'a> {
         let (basis, computed) = self.propagators.basis(combination, wanted)?;
         trajectory.counters.combinations += usize::from(computed);
         trajectory.bases.push(UsedBasis::new(&basis, wanted));
-        Ok(trajectory.bases.len() - 1)
+        let place = trajectory.bases.len() - 1;
+        self.held.hold(place, basis);
+        Ok(place)
     }
 }

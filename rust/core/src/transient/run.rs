@@ -20,13 +20,11 @@ use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
 use crate::transient::trajectory::events::StopReason;
 use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
 use crate::transient::trajectory::model::{Phase, Trajectory};
-use crate::transient::trajectory::used_bases::HeldBases;
 
 /// A run in progress.
 pub(crate) struct Run<'a> {
     pub state: RunState<'a>,
     met: MetCombinations<'a>,
-    held: HeldBases,
     /// Place of the combination of the phase in progress among those met.
     current: usize,
     phases: PhaseByPhase,
@@ -110,17 +108,18 @@ impl<'a> Run<'a> {
         state.trajectory.states = KeptStates::new(scene.size, scene.contacts.len(), kept);
         let mut met = MetCombinations::new(propagators, method);
         let current = met.meet(&mut state, combination.statuses())?;
-        let mut held = HeldBases::default();
-        let basis = held.get(&state.trajectory.bases, propagators, met.basis(current));
+        let basis = met.held(&state.trajectory, current);
         let departures = initial_departures(scene, combination, &state.q, &state.u);
         let phases = PhaseByPhase::new(&state, basis, departures);
-        Ok(Self { state, met, held, current, phases })
+        Ok(Self { state, met, current, phases })
     }
 
     /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
     pub fn step(&mut self) -> Option<StopReason> {
-        self.next_phase()
-            .unwrap_or_else(|failure| Some(self.ended_here(StopReason::Failed(failure))))
+        match self.next_phase() {
+            Ok(reason) => reason,
+            Err(failure) => Some(self.ended_here(StopReason::Failed(failure))),
+        }
     }
 
     fn next_phase(&mut self) -> Result<Option<StopReason>, RunFailure> {
@@ -170,8 +169,7 @@ impl<'a> Run<'a> {
         }
         let RunState { trajectory, time, .. } = &mut self.state;
         record_events(trajectory, time.seconds, settlement, &series, &search.limits);
-        let Trajectory { bases, propagators, .. } = trajectory;
-        let basis = self.held.get(bases, propagators, self.met.basis(self.current));
+        let basis = self.met.held(trajectory, self.current);
         self.phases.begin(&mut self.state, basis);
         Ok(None)
     }
@@ -185,7 +183,7 @@ impl<'a> Run<'a> {
         if let Some(phase) = trajectory.phases.last_mut() {
             phase.basis = basis;
         }
-        let basis = self.held.get(&trajectory.bases, &trajectory.propagators, basis);
+        let basis = self.met.held(trajectory, self.current);
         self.phases.motion.restart(basis, q, u);
         Ok(())
     }

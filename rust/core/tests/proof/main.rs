@@ -1,10 +1,9 @@
 //! What the core promises, shown by its public interface alone.
 
-mod damaged_records;
 mod energy_balance;
 mod invariants;
-mod kept_states;
 mod models;
+mod records;
 mod saltation;
 mod stick_slip_oscillator;
 mod stopped_computations;

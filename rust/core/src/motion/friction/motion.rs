@@ -65,6 +65,29 @@ pub(super) struct Coupling {
 }
 
 impl Coupling {
+    /// The normal forces of order k, each of which the friction of the others moves.
+    pub(super) fn couple(&mut self, response: &DMatrix<f64>, contacts: &mut [Sliding], k: usize) {
+        let count = contacts.len();
+        if k == 0 {
+            let matrix = DMatrix::from_fn(count, count, |i, j| {
+                let unit = if i == j { 1.0 } else { 0.0 };
+                unit - response[(i, j)] * contacts[j].series.excess[0]
+            });
+            // A singular one leaves no bound.
+            let none = || DMatrix::from_element(count, count, f64::INFINITY);
+            self.inverse = matrix.try_inverse().unwrap_or_else(none);
+            let norm = |matrix: &DMatrix<f64>| {
+                let sums = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum());
+                sums.fold(0.0, f64::max)
+            };
+            self.norms = [norm(&self.inverse), norm(response)];
+        }
+        let normals: Vec<f64> = contacts.iter().map(|one| one.normal[k]).collect();
+        let forces: Vec<f64> = contacts.iter().map(|one| one.force[k]).collect();
+        let coupled = self.solve(response, &normals, &forces);
+        contacts.iter_mut().zip(coupled).for_each(|(one, normal)| one.normal[k] = normal);
+    }
+
     /// N, from what it is without the forces of laws and what these are without the order sought.
     pub(super) fn solve(
         &self,
@@ -271,30 +294,6 @@ impl LawMotion {
         self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator, scale);
-    }
-
-    /// The normal forces of order k, each of which the friction of the others moves.
-    pub(super) fn couple(&mut self, response: &DMatrix<f64>, k: usize) {
-        let Self { contacts, coupling, .. } = self;
-        let count = contacts.len();
-        if k == 0 {
-            let matrix = DMatrix::from_fn(count, count, |i, j| {
-                let unit = if i == j { 1.0 } else { 0.0 };
-                unit - response[(i, j)] * contacts[j].series.excess[0]
-            });
-            // A singular one leaves no bound.
-            let none = || DMatrix::from_element(count, count, f64::INFINITY);
-            coupling.inverse = matrix.try_inverse().unwrap_or_else(none);
-            let norm = |matrix: &DMatrix<f64>| {
-                let sums = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum());
-                sums.fold(0.0, f64::max)
-            };
-            coupling.norms = [norm(&coupling.inverse), norm(response)];
-        }
-        let normals: Vec<f64> = contacts.iter().map(|one| one.normal[k]).collect();
-        let forces: Vec<f64> = contacts.iter().map(|one| one.force[k]).collect();
-        let coupled = coupling.solve(response, &normals, &forces);
-        contacts.iter_mut().zip(coupled).for_each(|(one, normal)| one.normal[k] = normal);
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {

@@ -101,6 +101,10 @@ impl LawOperator {
                 slip_norm: taylor.dual_norm(own, &slip),
                 normal_norm: taylor.dual_norm(own, &normal),
                 force_norm: taylor.norm_of_velocity(own, &acceleration),
+                single: match slip.single() {
+                    Some((1, place, weight)) => Some((place, -sign * weight)),
+                    _ => None,
+                },
                 slip,
                 normal,
             }

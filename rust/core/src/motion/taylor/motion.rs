@@ -17,18 +17,16 @@ use crate::motion::taylor::bordered::{Buffers, Order};
 use crate::motion::taylor::doubled_products::LessDot;
 use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
-use crate::motion::taylor::rows::{Orders, Products, Rows};
+use crate::motion::taylor::rows::{NoForces, Orders, Products, Rows};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::{GROUP, Lanes, VectorUnit};
+use crate::numerics::simd::{Lanes, VectorUnit};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
 /// Bound of the terms that the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
-/// Coordinates of two groups.
-const PAIR: usize = 2 * GROUP;
 /// Orders of the terms.
 pub(crate) const ORDERS: usize = DEGREE + 2;
 
@@ -183,7 +181,7 @@ impl TaylorMotion {
         let h = operator.width;
         self.width = h;
         match &operator.dense {
-            Some(rows) => self.by_rows(rows, h, 0..DEGREE, true),
+            Some(rows) => self.by_rows(rows, 0..DEGREE, true),
             None => (0..DEGREE).for_each(|k| self.order(scene, operator, k, k == 0)),
         }
         let scale = self.scale(operator);
@@ -204,7 +202,7 @@ impl TaylorMotion {
     ) {
         let (n, h) = (self.size, self.width);
         if let Some(rows) = &operator.dense {
-            return self.by_rows(rows, h, k..k + 1, forced);
+            return self.by_rows(rows, k..k + 1, forced);
         }
         let (known, next) = self.terms.split_at_mut((k + 2) * n);
         let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
@@ -244,38 +242,28 @@ impl TaylorMotion {
 
     /// Orders of the series by dense rows, with the force in the first of them where that is `forced`.
     #[inline]
-    fn by_rows(&mut self, rows: &Rows, width: f64, orders: Range<usize>, forced: bool) {
-        let Self { terms, force, products, size, unit, .. } = self;
-        let size = *size;
+    fn by_rows(&mut self, rows: &Rows, orders: Range<usize>, forced: bool) {
+        let unit = self.unit;
+        unit.run(self.orders_by_rows(rows, orders, forced, NoForces));
+    }
+
+    /// The same beside forces that follow from the motion.
+    pub(crate) fn orders_by_rows<'a, F>(
+        &'a mut self,
+        rows: &'a Rows,
+        orders: Range<usize>,
+        forced: bool,
+        forces: F,
+    ) -> Orders<'a, F> {
+        let Self { terms, force, products, size, width, .. } = self;
+        let (size, width) = (*size, *width);
         let force = forced.then_some(&force[..]);
-        unit.run(Orders { rows, products, terms, size, width, orders, force });
+        Orders { rows, products, terms, size, width, orders, force, forces }
     }
 
     /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.
     pub(crate) fn sizes(&self) -> &[[Vec<f64>; 2]; 3] {
         &self.sizes
-    }
-
-    /// Begins the dense rows of all orders, of which each needs the one before.
-    #[inline(always)]
-    pub(crate) fn begin_rows(&mut self, rows: &Rows) {
-        let Self { terms, products, size, width, .. } = self;
-        let start = terms[..2 * *size].split_at(*size).into();
-        rows.begin(products, COEFFICIENTS, start, 1.0 / *width);
-    }
-
-    /// Q_{k+2} from the dense rows of order k and forces beside those of the equation.
-    #[inline(always)]
-    pub(crate) fn next_by_rows<S: Lanes>(
-        &mut self,
-        simd: S,
-        rows: &Rows,
-        k: usize,
-        forces: impl Fn(usize) -> f64,
-        factors: [f64; 2],
-    ) {
-        let Self { terms, products, size, .. } = self;
-        rows.next(simd, k, products, forces, factors, (*size, &mut terms[(k + 1) * *size..]));
     }
 
     /// Coefficients of q of order k and of the next.
@@ -310,13 +298,6 @@ impl TaylorMotion {
     #[inline(always)]
     pub(crate) fn shorten_by(&mut self, powers: &[f64; ORDERS]) {
         self.width *= powers[1];
-        // A constant number of coordinates unrolls the loops.
-        if self.size == PAIR {
-            for (terms, power) in self.terms.as_chunks_mut::<PAIR>().0.iter_mut().zip(powers) {
-                terms.iter_mut().for_each(|term| *term *= power);
-            }
-            return;
-        }
         for (terms, power) in self.terms.chunks_exact_mut(self.size).zip(powers) {
             terms.iter_mut().for_each(|term| *term *= power);
         }

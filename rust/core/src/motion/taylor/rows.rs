@@ -6,12 +6,13 @@
 
 use std::ops::Range;
 
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::cast;
 
 use crate::contact::functional::Functional;
 use crate::linalg::sparse::SparseMatrix;
-use crate::numerics::first_root::polynomial::COEFFICIENTS;
-use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, lanes_of, store};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, in_groups, store};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 
@@ -21,6 +22,16 @@ const PER_ENTRY: usize = 8;
 const BLOCK: usize = 4;
 /// Relative difference of a damping and beta times a stiffness that is their rounding.
 const SAME: f64 = 2.0 * f64::EPSILON;
+/// `(k + 1) (k + 2)`
+const STEPS: [f64; COEFFICIENTS] = {
+    let mut steps = [0.0; COEFFICIENTS];
+    let mut k = 0;
+    while k < COEFFICIENTS {
+        steps[k] = ((k + 1) * (k + 2)) as f64;
+        k += 1;
+    }
+    steps
+};
 
 /// A dense combination with lumped masses.
 #[derive(Debug)]
@@ -31,21 +42,24 @@ pub(crate) struct Rows {
     moving: Vec<usize>,
     damped: Vec<usize>,
     beta: f64,
-    /// Number of groups of rows of q'' and of outputs, and of forces beside those of the equation.
+    /// Number of groups of rows of q'' and of outputs.
     states: usize,
     outputs: usize,
-    forces: usize,
     /// 1 / m of the coordinates left free, 0 of the others; in whole groups of rows.
     inverse_mass: Vec<f64>,
-    /// q'' per unit of each force, in whole groups of rows.
-    by_force: Vec<f64>,
+    /// All bits of the coordinates left free, none of the others.
+    free: Vec<Group>,
+    /// q'' per unit of each force beside those of the equation, in whole groups of rows.
+    by_force: Vec<Group>,
 }
 
-/// z and q' of one order, and the rows of this order or, with outputs, of all orders.
+/// z and q' of order k, the next order of places, and the rows of this order or, with outputs, of all orders.
 #[derive(Debug, Default)]
 pub(crate) struct Products {
     z: Vec<Group>,
     u: Vec<Group>,
+    /// `Q_{k + 1}`
+    newest: Vec<Group>,
     rows: Vec<Group>,
     /// Of the rows below those of q'': sums of the negative ones from order 1 on, and of the absolute values of all terms,
     /// of all orders and of those from 2 on.
@@ -54,30 +68,13 @@ pub(crate) struct Products {
 }
 
 fn numbers(groups: &[Group]) -> &[f64] {
-    pulp::bytemuck::cast_slice(groups)
+    cast_slice(groups)
 }
 
 impl Products {
-    /// The rows of one order, without those of q''.
-    #[inline(always)]
-    pub fn outputs(&self, all: &Rows, k: usize) -> &[f64] {
-        let groups = all.states + all.outputs;
-        pulp::bytemuck::cast_slice(&self.rows[k * groups + all.states..(k + 1) * groups])
-    }
-
-    /// Room for the rows of so many orders.
-    fn room(&mut self, all: &Rows, orders: usize) {
-        self.rows.resize((all.states + all.outputs) * orders, ZEROS);
-    }
-
-    /// The rows of q'' of order 0.
-    pub fn states(&mut self, all: &Rows) -> &mut [f64] {
-        pulp::bytemuck::cast_slice_mut(&mut self.rows[..all.states])
-    }
-
     /// One of these rows, of all orders.
     pub fn row(&self, all: &Rows, place: usize) -> impl Iterator<Item = &f64> {
-        let numbers: &[f64] = pulp::bytemuck::cast_slice(&self.rows);
+        let numbers: &[f64] = cast_slice(&self.rows);
         let stride = (all.states + all.outputs) * GROUP;
         numbers[all.states * GROUP + place..].iter().step_by(stride)
     }
@@ -117,12 +114,6 @@ impl Products {
             sizes.push(all.sizes(simd, output, of_all));
             higher.push(all.sizes(simd, output, of_higher));
         }
-    }
-
-    /// q' of a coordinate in the order in progress.
-    #[inline(always)]
-    pub fn velocity(&self, place: usize) -> f64 {
-        pulp::bytemuck::cast_slice::<Group, f64>(&self.u)[place]
     }
 }
 
@@ -198,6 +189,7 @@ impl Rows {
                 rows[k] = weight * inverse_mass[k];
             }
         }
+        let bits = |&inverse: &f64| f64::from_bits(if inverse > 0.0 { u64::MAX } else { 0 });
         Some(Self {
             columns,
             moving,
@@ -205,9 +197,9 @@ impl Rows {
             beta: beta.unwrap_or(0.0),
             states,
             outputs,
-            forces: forces.len(),
+            free: in_groups(&inverse_mass.iter().map(bits).collect::<Vec<f64>>()),
             inverse_mass,
-            by_force,
+            by_force: in_groups(&by_force),
         })
     }
 
@@ -231,53 +223,42 @@ impl Rows {
         sum
     }
 
-    /// Begins with the coefficients of q of two orders, and room for the rows of so many orders.
-    pub fn begin(&self, products: &mut Products, orders: usize, [q, dq]: [&[f64]; 2], rate: f64) {
-        products.room(self, orders);
-        let Products { z, u, .. } = products;
-        z.resize(self.states, ZEROS);
-        u.resize(self.states, ZEROS);
-        let numbers = pulp::bytemuck::cast_slice_mut::<Group, f64>;
-        for ((z, u), (q, dq)) in numbers(z).iter_mut().zip(numbers(u)).zip(q.iter().zip(dq)) {
-            *u = rate * dq;
-            *z = q + self.beta * *u;
-        }
-    }
-
-    /// All rows of the order in progress, without what forces add, at place k.
+    /// Adds the force at the origin to the rows of q'' of order 0.
     #[inline(always)]
-    pub fn multiply<S: Lanes>(&self, simd: S, k: usize, products: &mut Products) {
-        let Products { z, u, rows, .. } = products;
-        let groups = self.states + self.outputs;
-        let mut rows = &mut rows[k * groups..(k + 1) * groups];
-        let (z, u) = (pulp::bytemuck::cast_slice(z), pulp::bytemuck::cast_slice(u));
-        let mut columns = &self.columns[..];
-        while !rows.is_empty() {
-            let count = rows.len().min(BLOCK);
-            let (block, next) = columns.split_at(count * (self.moving.len() + self.damped.len()));
-            let (sums, others) = rows.split_at_mut(count);
-            match count {
-                1 => self.block::<1, S>(simd, block, z, u, sums),
-                2 => self.block::<2, S>(simd, block, z, u, sums),
-                3 => self.block::<3, S>(simd, block, z, u, sums),
-                _ => self.block::<BLOCK, S>(simd, block, z, u, sums),
-            }
-            (columns, rows) = (next, others);
-        }
+    fn load(&self, force: &[f64], rows: &mut [Group]) {
+        let rows = cast_slice_mut::<Group, f64>(rows).iter_mut();
+        rows.zip(&self.inverse_mass)
+            .zip(force)
+            .for_each(|((row, inverse), force)| *row += inverse * force);
     }
+}
 
+/// The columns of `G` groups of rows.
+struct Block<'a, const G: usize> {
+    all: &'a Rows,
+    of_z: &'a [[Group; G]],
+    of_u: &'a [[Group; G]],
+}
+
+/// The product of rows with z and q', without what forces add.
+trait Multiply {
+    fn multiply<S: Lanes>(&self, simd: S, state: [&[f64]; 2], sums: &mut [Group]);
+}
+
+impl<'a, const G: usize> Block<'a, G> {
     #[inline(always)]
-    fn block<const G: usize, S: Lanes>(
-        &self,
-        simd: S,
-        columns: &[Group],
-        z: &[f64],
-        u: &[f64],
-        sums: &mut [Group],
-    ) {
+    fn new(all: &'a Rows, columns: &'a [Group]) -> Self {
+        let (of_z, of_u) = columns.as_chunks::<G>().0.split_at(all.moving.len());
+        Self { all, of_z, of_u }
+    }
+}
+
+impl<const G: usize> Multiply for Block<'_, G> {
+    #[inline(always)]
+    fn multiply<S: Lanes>(&self, simd: S, [z, u]: [&[f64]; 2], sums: &mut [Group]) {
+        let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
         let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
-        let (of_z, of_u) = columns.as_chunks::<G>().0.split_at(self.moving.len());
-        for (columns, places, x) in [(of_z, &self.moving, z), (of_u, &self.damped, u)] {
+        for (columns, places, x) in [(of_z, moving, z), (of_u, damped, u)] {
             let (pairs, last) = columns.as_chunks::<2>();
             let (twos, one) = places.as_chunks::<2>();
             for (pair, &[a, b]) in pairs.iter().zip(twos) {
@@ -290,49 +271,6 @@ impl Rows {
         }
         for (sum, (even, odd)) in sums.iter_mut().zip(even.into_iter().zip(odd)) {
             *sum = simd.add_f64s(even, odd);
-        }
-    }
-
-    /// Adds the force at the origin to the rows of q'' of order 0.
-    #[inline(always)]
-    pub fn load(&self, force: &[f64], rows: &mut [f64]) {
-        let rows = rows.iter_mut().zip(&self.inverse_mass);
-        rows.zip(force).for_each(|((row, inverse), force)| *row += inverse * force);
-    }
-
-    /// Q of two orders up: `factor` times the rows of q'' at place k, with the forces. `terms` begin with the order between, of `n`
-    /// numbers, whose velocity is `rate` times the order found.
-    #[inline(always)]
-    pub fn next<S: Lanes>(
-        &self,
-        simd: S,
-        k: usize,
-        products: &mut Products,
-        forces: impl Fn(usize) -> f64,
-        [factor, rate]: [f64; 2],
-        (n, terms): (usize, &mut [f64]),
-    ) {
-        let Products { z, u, rows, .. } = products;
-        let rows = &rows[k * (self.states + self.outputs)..][..self.states];
-        let by_force = self.by_force.as_chunks::<GROUP>().0;
-        let inverse = self.inverse_mass.as_chunks::<GROUP>().0;
-        let [factor, rate, by_beta] = [factor, rate, self.beta * rate].map(|x| simd.splat_f64s(x));
-        let (before, found) = terms.split_at_mut(n);
-        for g in 0..self.states {
-            let mut sum = simd.mul_f64s(rows[g], factor);
-            for place in 0..self.forces {
-                // The forces are known last.
-                let by_force = simd.mul_f64s(cast(by_force[place * self.states + g]), factor);
-                sum = simd.mul_add_f64s(by_force, simd.splat_f64s(forces(place)), sum);
-            }
-            // What is held stays at zero, even if the others are beyond the range of numbers.
-            let held = simd.equal_f64s(cast(inverse[g]), ZEROS);
-            let sum = simd.select_f64s(held, ZEROS, sum);
-            u[g] = simd.mul_f64s(rate, sum);
-            let first = g * GROUP;
-            let lanes = (n - first).min(GROUP);
-            z[g] = simd.mul_add_f64s(by_beta, sum, lanes_of(simd, &before[first..], lanes));
-            store(sum, &mut found[first..first + lanes]);
         }
     }
 }
@@ -348,8 +286,49 @@ fn add_column<const G: usize, S: Lanes>(
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
 }
 
+impl Multiply for Rows {
+    #[inline(always)]
+    fn multiply<S: Lanes>(&self, simd: S, state: [&[f64]; 2], mut sums: &mut [Group]) {
+        let mut columns = &self.columns[..];
+        while !sums.is_empty() {
+            let count = sums.len().min(BLOCK);
+            let (block, next) = columns.split_at(count * (self.moving.len() + self.damped.len()));
+            let (own, others) = sums.split_at_mut(count);
+            match count {
+                1 => Block::<1>::new(self, block).multiply(simd, state, own),
+                2 => Block::<2>::new(self, block).multiply(simd, state, own),
+                3 => Block::<3>::new(self, block).multiply(simd, state, own),
+                _ => Block::<BLOCK>::new(self, block).multiply(simd, state, own),
+            }
+            (columns, sums) = (next, others);
+        }
+    }
+}
+
+/// Forces that follow from the motion, order by order.
+pub(crate) trait Forces {
+    /// Finds those of order k from its coefficients of places and of velocities, and from the outputs.
+    fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], outputs: &[f64]);
+
+    /// One of them.
+    fn force(&self, place: usize, k: usize) -> f64;
+}
+
+/// The forces of a linear equation, whose rows hold all of them.
+pub(super) struct NoForces;
+
+impl Forces for NoForces {
+    #[inline(always)]
+    fn follow<S: Lanes>(&mut self, _: S, _: usize, _: [&[f64]; 2], _: &[f64]) {}
+
+    #[inline(always)]
+    fn force(&self, _: usize, _: usize) -> f64 {
+        0.0
+    }
+}
+
 /// Orders of the series, each from the two before.
-pub(super) struct Orders<'a> {
+pub(crate) struct Orders<'a, F> {
     pub rows: &'a Rows,
     pub products: &'a mut Products,
     /// `Q_k = q^(k) h^k / k!` of all coordinates, one order after the other; those of `orders` are two orders up.
@@ -360,24 +339,92 @@ pub(super) struct Orders<'a> {
     pub orders: Range<usize>,
     /// f of every coordinate, where it acts in the first of the orders.
     pub force: Option<&'a [f64]>,
+    pub forces: F,
 }
 
-impl Kernel for Orders<'_> {
+impl<F: Forces> Kernel for Orders<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { rows, products, terms, size, width, orders, mut force } = self;
-        let (q, dq) = terms[orders.start * size..(orders.start + 2) * size].split_at(size);
-        rows.begin(products, 1, [q, dq], (orders.start + 1) as f64 / width);
+        // With the number of groups as constants, the loops over those of one block unroll.
+        let all = self.rows;
+        match (all.states, all.outputs) {
+            (1, 0) => self.recur::<1, 1, S>(simd, &Block::<1>::new(all, &all.columns)),
+            (2, 0) => self.recur::<2, 2, S>(simd, &Block::<2>::new(all, &all.columns)),
+            (3, 0) => self.recur::<3, 3, S>(simd, &Block::<3>::new(all, &all.columns)),
+            (1, 1) => self.recur::<1, 2, S>(simd, &Block::<2>::new(all, &all.columns)),
+            (2, 1) => self.recur::<2, 3, S>(simd, &Block::<3>::new(all, &all.columns)),
+            (3, 1) => self.recur::<3, 4, S>(simd, &Block::<4>::new(all, &all.columns)),
+            _ => self.recur::<0, 0, S>(simd, all),
+        }
+    }
+}
+
+impl<F: Forces> Orders<'_, F> {
+    /// With `A` groups of rows of q'' and `G` groups of all rows, or with any number of them where these are 0.
+    #[inline(always)]
+    fn recur<const A: usize, const G: usize, S: Lanes>(self, simd: S, columns: &impl Multiply) {
+        let Self { rows: all, products, terms, size: n, width, orders, mut force, mut forces } =
+            self;
+        let (states, groups) = if A > 0 { (A, G) } else { (all.states, all.states + all.outputs) };
+        // Outputs of all orders are read again.
+        let kept = if all.outputs > 0 { groups } else { 0 };
+        let Products { z, u, newest, rows, .. } = products;
+        rows.resize(groups + kept * DEGREE, ZEROS);
+        let [z, u, newest] = [z, u, newest].map(|of| {
+            of.resize(states, ZEROS);
+            &mut of[..states]
+        });
+        let (free, by_force) = (&all.free[..states], &all.by_force[..]);
+        let beta = all.beta;
+        let (mut q, mut terms) = terms[orders.start * n..].split_at_mut(n);
+        let rate = (orders.start + 1) as f64 / width;
+        let numbers = cast_slice_mut::<Group, f64>;
+        numbers(newest)[..n].copy_from_slice(&terms[..n]);
+        for ((z, u), (q, dq)) in numbers(z).iter_mut().zip(numbers(u)).zip(q.iter().zip(&*terms)) {
+            *u = rate * dq;
+            *z = q + beta * *u;
+        }
+        let mut rows = &mut rows[orders.start * kept..];
         for k in orders {
-            rows.multiply(simd, 0, products);
+            let (own, others) = std::mem::take(&mut rows).split_at_mut(groups);
+            let state: [&[f64]; 2] = [cast_slice(z), cast_slice(u)];
+            columns.multiply(simd, state, own);
             if let Some(force) = force.take() {
-                rows.load(force, products.states(rows));
+                all.load(force, &mut own[..states]);
             }
-            let factors = [width * width / ((k + 1) * (k + 2)) as f64, (k + 2) as f64 / width];
-            let next = (size, &mut terms[(k + 1) * size..]);
-            rows.next(simd, 0, products, |_| 0.0, factors, next);
+            let (accelerations, outputs) = own.split_at(states);
+            forces.follow(simd, k, [q, state[1]], cast_slice(outputs));
+            if k == DEGREE {
+                break;
+            }
+            let factor = simd.splat_f64s(width * width / STEPS[k]);
+            let rate = f64::from(k as u32 + 2) / width;
+            let (by_beta, rate) = (simd.splat_f64s(beta * rate), simd.splat_f64s(rate));
+            let (before, found) = terms.split_at_mut(n);
+            let mut remaining = &mut found[..n];
+            for g in 0..states {
+                let mut sum = simd.mul_f64s(accelerations[g], factor);
+                let (mut at, mut place) = (g, 0);
+                while at < by_force.len() {
+                    // The forces are known last.
+                    let by_force = simd.mul_f64s(by_force[at], factor);
+                    let force = simd.splat_f64s(forces.force(place, k));
+                    sum = simd.mul_add_f64s(by_force, force, sum);
+                    (at, place) = (at + states, place + 1);
+                }
+                // What is held stays at zero, even if the others are beyond the range of numbers.
+                let sum = simd.and_f64s(free[g], sum);
+                u[g] = simd.mul_f64s(rate, sum);
+                z[g] = simd.mul_add_f64s(by_beta, sum, newest[g]);
+                newest[g] = sum;
+                let own;
+                (own, remaining) = remaining.split_at_mut(remaining.len().min(GROUP));
+                store(sum, own);
+            }
+            (q, terms) = (before, found);
+            rows = if kept > 0 { others } else { own };
         }
     }
 }
@@ -466,6 +513,7 @@ mod tests {
                     width,
                     orders: 0..2,
                     force: forced.then_some(&force[..]),
+                    forces: NoForces,
                 });
                 terms
             };
@@ -496,27 +544,21 @@ mod tests {
                 }
             }
             let rows = new(&[&output], &directions);
-            let mut products = Products::default();
-            rows.begin(&mut products, 1, [&start[..size], &start[size..2 * size]], 1.0 / width);
-            VectorUnit::default().run(Multiply { rows: &rows, products: &mut products });
+            let (mut terms, mut products) = (start.clone(), Products::default());
+            VectorUnit::default().run(Orders {
+                rows: &rows,
+                products: &mut products,
+                terms: &mut terms,
+                size,
+                width,
+                orders: 0..1,
+                force: None,
+                forces: NoForces,
+            });
             let u: Vec<f64> = start[size..2 * size].iter().map(|dq| dq / width).collect();
-            let found = products.outputs(&rows, 0)[0];
+            let found = *products.row(&rows, 0).next().expect("one order");
             let expected = output.value(&start[..size], &u);
             prop_assert!((found - expected).abs() <= 1e-12 * size as f64 / width);
-        }
-    }
-
-    struct Multiply<'a> {
-        rows: &'a Rows,
-        products: &'a mut Products,
-    }
-
-    impl Kernel for Multiply<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<S: Lanes>(self, simd: S) {
-            self.rows.multiply(simd, 0, self.products);
         }
     }
 }

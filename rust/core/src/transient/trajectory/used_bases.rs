@@ -97,18 +97,24 @@ impl HeldBases {
         propagators: &Propagators,
         place: usize,
     ) -> &Arc<CombinationBasis> {
+        if !self.bases.get(place).is_some_and(Option::is_some) {
+            self.hold(place, of[place].again(propagators));
+        }
+        self.bases[place].as_ref().expect("a basis that was held just now")
+    }
+
+    /// Holds the basis at a place among those of a motion.
+    #[cold]
+    pub fn hold(&mut self, place: usize, basis: Arc<CombinationBasis>) {
         if place >= self.bases.len() {
             self.bases.resize(place + 1, None);
         }
-        if self.bases[place].is_none() && self.numbers > HELD {
+        if self.numbers > HELD {
             self.bases.fill(None);
             self.numbers = 0;
         }
-        self.bases[place].get_or_insert_with(|| {
-            let basis = of[place].again(propagators);
-            self.numbers += basis.numbers();
-            basis
-        })
+        self.numbers += basis.numbers();
+        self.bases[place] = Some(basis);
     }
 }
 

@@ -3,6 +3,8 @@
 //! Of each contact two products of series grow order by order: the one of its law, and `mu(S) - mu(0)` times N. Their sums
 //! over the orders below need no new factor, so that they run ahead of the order that is sought.
 
+use std::array;
+
 use pulp::cast;
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -30,12 +32,13 @@ pub(crate) struct FactorSums {
     pub left_out: [f64; 2],
 }
 
-/// Both factors of four products, by order. Those of the last order stand apart until the next: what waits for them comes last.
+/// Both factors of four products, by order. Those of the last order stand apart until the next: what waits for them comes last,
+/// number by number, since a group read right after its numbers were written would wait for all of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Convolutions {
     left: [Group; COEFFICIENTS + GROUP],
     right: [Group; COEFFICIENTS + BELOW],
-    pub newest: [Group; 2],
+    newest: [[f64; GROUP]; 2],
 }
 
 impl Convolutions {
@@ -43,7 +46,7 @@ impl Convolutions {
         Self {
             left: [ZEROS; COEFFICIENTS + GROUP],
             right: [ZEROS; COEFFICIENTS + BELOW],
-            newest: [ZEROS; 2],
+            newest: [[0.0; GROUP]; 2],
         }
     }
 
@@ -53,26 +56,26 @@ impl Convolutions {
         self.left.fill(ZEROS);
     }
 
-    /// The factors of order k.
+    /// The factors of the order before k are no longer the newest.
     #[inline(always)]
-    pub fn set(&mut self, k: usize, [left, right]: [Group; 2]) {
-        self.left[k] = left;
-        self.right[k + BELOW] = right;
+    pub fn close(&mut self, k: usize) {
+        if let Some(before) = k.checked_sub(1) {
+            let [left, right] = self.newest;
+            (self.left[before], self.right[before + BELOW]) = (cast(left), cast(right));
+        }
     }
 
-    /// The factors of order k, of which those of the order before are no longer the newest.
+    /// The left factors of the newest order of both products of a contact, and the right ones.
     #[inline(always)]
-    pub fn push(&mut self, k: usize, newest: [Group; 2]) {
-        if let Some(before) = k.checked_sub(1) {
-            self.set(before, self.newest);
-        }
-        self.newest = newest;
+    pub fn push(&mut self, place: usize, [left, right]: [[f64; 2]; 2]) {
+        let lanes = 2 * place..2 * (place + 1);
+        self.newest[0][lanes.clone()].copy_from_slice(&left);
+        self.newest[1][lanes].copy_from_slice(&right);
     }
 
     /// Where contacts are coupled, their normal forces follow after their laws.
     pub fn set_normal(&mut self, place: usize, normal: f64) {
-        let [_, right] = &mut self.newest;
-        pulp::bytemuck::cast_mut::<Group, [f64; GROUP]>(right)[2 * place + 1] = normal;
+        self.newest[1][2 * place + 1] = normal;
     }
 
     /// Sums of both contacts on a panel of `powers[1]` times the width that the factors have.
@@ -112,17 +115,13 @@ impl Convolutions {
         })
     }
 
-    /// The terms of order k with factors of the orders from 1 to k - 1, the last of them given.
+    /// The terms of order k with factors of the orders from 1 to k - 1.
     #[inline(always)]
-    pub fn middle<S: Lanes>(
-        &self,
-        simd: S,
-        k: usize,
-        [newest_left, newest_right]: [Group; 2],
-    ) -> Group {
+    pub fn middle<S: Lanes>(&self, simd: S, k: usize) -> [f64; GROUP] {
+        let [left, right] = self.newest;
         match k {
-            0 | 1 => return ZEROS,
-            2 => return simd.mul_f64s(newest_left, newest_right),
+            0 | 1 => return [0.0; GROUP],
+            2 => return array::from_fn(|i| left[i] * right[i]),
             _ => {}
         }
         let mut sums = [ZEROS; GROUP];
@@ -137,8 +136,12 @@ impl Convolutions {
             first += GROUP;
         }
         let [a, b, c, d] = sums;
-        let sum = simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d));
-        let sum = simd.mul_add_f64s(self.left[1], newest_right, sum);
-        simd.mul_add_f64s(newest_left, self.right[1 + BELOW], sum)
+        let mut sums: [f64; GROUP] = cast(simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d)));
+        let [first_left, first_right]: [[f64; GROUP]; 2] =
+            [self.left[1], self.right[1 + BELOW]].map(cast);
+        for i in 0..GROUP {
+            sums[i] = left[i].mul_add(first_right[i], first_left[i].mul_add(right[i], sums[i]));
+        }
+        sums
     }
 }

@@ -13,6 +13,8 @@ pub(crate) struct LawContact {
     /// The slip velocity, and N without what laws add.
     pub slip: Functional,
     pub normal: Functional,
+    /// The coordinate whose velocity alone makes the slip speed, and its weight.
+    pub single: Option<(usize, f64)>,
     /// `L' t` over the kept coordinates.
     pub direction: Vec<(usize, f64)>,
     /// Bounds of the slip velocity and of the normal force per norm of a state, and of the norm per unit of force.
