@@ -17,15 +17,15 @@ help: ## List the verbs
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
 	PYTHONPATH=examples $(BIN)/python -m paper reproduce --output $(OUT)
 
-test: test-core $(INSTALLED) ## Test the core and the package
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 20
+test: test-core $(INSTALLED) ## Test the core and the package, without what runs every night (test-slow)
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 20 -m "not nightly"
 
 # In the profile that the package is built in, so that its dependencies compile once.
 test-core: ## Test the core alone, which needs no Python
 	cargo test --release --locked --package stickslip-core
 
 test-quick: $(INSTALLED) ## Test the package, without what takes seconds or starts other processes
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m "not slow and not process"
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m "not slow and not process and not nightly"
 
 # pytest prints the seed of a failure; PYTEST="--hypothesis-seed=..." draws the same examples again.
 PYTEST ?=

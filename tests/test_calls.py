@@ -61,4 +61,6 @@ def test_every_wish_is_one_call(tmp_path, monkeypatch):
     assert names["grid"].eigenvalue.sizes["slider_speed"] == 2
     assert names["stable"] is True
     assert names["read"].identical(names["run"].to_dataset())
+    # An animation that is not shown warns of it.
+    names["animation"].save("mode.gif", writer="pillow")
     assert (tmp_path / "scene.html").stat().st_size > 100_000

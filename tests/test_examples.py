@@ -14,7 +14,13 @@ pytestmark = pytest.mark.slow
 EXAMPLES = {path.name: path for path in (Path(__file__).parents[1] / "examples").glob("*.py")}
 
 
-@pytest.mark.parametrize("name", sorted(EXAMPLES))
+#: Those that take longest.
+NIGHTLY = ("squealing_disc.py", "burridge_knopoff.py")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in NIGHTLY)) for name in sorted(EXAMPLES)]
+)
 def test_an_example_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = EXAMPLES[name].read_text(encoding="utf-8")

@@ -347,7 +347,7 @@ def test_what_is_ill_posed_is_refused(small):
     ("mesh", "boundary"),
     [
         ((20, 10, 4), "lumped"),
-        ((40, 20, 8), "lumped"),
+        pytest.param((40, 20, 8), "lumped", marks=pytest.mark.nightly),
         ((20, 10, 4), "massless"),
     ],
 )

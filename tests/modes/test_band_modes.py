@@ -286,6 +286,7 @@ def test_dissection_of_any_graph_is_an_order(graph):
     assert np.array_equal(np.sort(dissected(graph)), np.arange(graph.shape[0]))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_disc_of_5000_dofs():
     """Against scipy's search at other shifts, refined by quotients in extended precision."""
