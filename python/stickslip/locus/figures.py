@@ -61,12 +61,16 @@ def loci(
     values = branches[name].to_numpy()[order]
     eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
     unstable = branches.unstable.transpose(name, "branch").to_numpy()[order]
+    # Lines bear the names of the legend, by which a page hides them; all but the first after a bar.
+    bar = ""
     for branch, growing in zip(eigenvalue.T, unstable.T, strict=True):
         if (branch.imag < 0.0).all():
             continue
         for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
-            axes.plot(values, ordinate, color=STABLE, linewidth=1.2)
-            axes.plot(values, np.where(growing, ordinate, np.nan), color=UNSTABLE, linewidth=1.8)
+            grows = np.where(growing, ordinate, np.nan)
+            axes.plot(values, ordinate, color=STABLE, linewidth=1.2, label=f"{bar}stable")
+            axes.plot(values, grows, color=UNSTABLE, linewidth=1.8, label=f"{bar}unstable")
+        bar = "_"
     growth.axhline(0.0, color="black", linewidth=0.6)
     handles = [Line2D([], [], color=STABLE, label="stable"), Line2D([], [], color=UNSTABLE, label="unstable")]
     hopf = [point for point in critical if point.kind == "hopf"]
