@@ -22,7 +22,7 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import SearchInterrupted
 from stickslip.scene.checks import Index, Real, finite_time
 from stickslip.scene.parameters.family import Family, Model
-from stickslip.scene.parameters.values import along
+from stickslip.scene.parameters.values import along, parameter_of
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
@@ -45,9 +45,7 @@ class Diagram(Shown):
 
     def summary(self) -> Summary:
         """Return how many cycles there are, and a table of them."""
-        (along,) = self.data.period.dims
-        # A traced branch runs over its points, with the parameter as a coordinate.
-        name = next((str(key) for key in self.data.coords if key not in (along, "dof", "order")), str(along))
+        name = parameter_of(self.data.period)
         periods = [cycle.period for cycle in self.cycles if cycle is not None]
         unit, per_second = suited(max(periods, default=0.0), TIMES)
         rows = [

@@ -11,6 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from stickslip.cycles.attractors import UNKNOWN
 from stickslip.scene.checks import Real
+from stickslip.scene.parameters.values import parameter_of
 from stickslip.show.plots import axes_of
 from stickslip.show.style import MARKERS, quantity
 from stickslip.show.units import MICROMETRES, TIMES, measured
@@ -33,9 +34,7 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
         largest = data.amplitude.fillna(0.0).to_numpy().max(axis=0, initial=0.0)
         dof = str(data.dof.to_numpy()[largest.argmax()])
     axes = axes_of(ax)
-    along = str(data.amplitude.dims[0])
-    # A traced branch runs over its points, with the parameter as a coordinate.
-    parameter = next((str(name) for name in data.coords if name not in (along, "dof", "order")), along)
+    parameter = parameter_of(data.period)
     values = data[parameter].to_numpy()
     amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
     sequences = data.sequence.to_numpy()

@@ -220,8 +220,7 @@ class ModesPlots(Plots[Computed]):
             If there is no mode of that number, or there are too few frames.
         """
         count, mode = whole_number("frames", frames, 2), self._number(number)
-        scene = self._result.scene
-        drawing = structure(scene, columns)
+        drawing = structure(self._result.scene, columns)
         wide = 6.4 if drawing.faces else 2.2 + 1.3 * max(body.x for body in drawing.bodies)
         figure = Figure(figsize=(max(wide, 4.0), 3.6), layout="constrained")
         axes: Axes = figure.subplots()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.drawing.schematic import Column
+from stickslip.scene.drawing.schematic import Column, masses
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
@@ -35,13 +35,6 @@ class Known:
     section: tuple[str, str, Callable[[], str]] | None = None
 
 
-#: The four masses of the model of two subsystems.
-COLUMNS = (
-    Column(("m1", 0, 1), ("m2", 2, 3), 0.3),
-    Column(("m3", 4, 5), ("m4", 6, 7), 0.75),
-)
-
-
 def known_of(scene: Scene) -> Known:
     """Return places and start of the model of two subsystems, whatever its friction, slider speeds and loads.
 
@@ -49,11 +42,12 @@ def known_of(scene: Scene) -> Known:
     """
     if not _is_two_subsystems(scene):
         return Known()
+    columns = masses(two_subsystems())
     try:
-        return Known(steady_sliding(scene).perturbed(velocity={"x1": 1e-3}), COLUMNS)
+        return Known(steady_sliding(scene).perturbed(velocity={"x1": 1e-3}), columns)
     except InputError:
         # Without steady sliding nothing can be disturbed.
-        return Known(None, COLUMNS)
+        return Known(None, columns)
 
 
 def _is_two_subsystems(scene: Scene) -> bool:

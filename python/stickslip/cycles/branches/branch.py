@@ -10,7 +10,7 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import described
 from stickslip.scene.parameters.family import Family
-from stickslip.scene.parameters.values import SceneAt
+from stickslip.scene.parameters.values import SceneAt, parameter_of
 from stickslip.show.summary import Summary, Table
 
 #: Halvings of a step along a branch before it counts as ended.
@@ -86,11 +86,7 @@ class Branch(Diagram):
     @property
     def parameter(self) -> str:
         """Name of the parameter."""
-        return next(
-            str(name)
-            for name, held in self.data.coords.items()
-            if held.dims == ("point",) and name != "point"
-        )
+        return parameter_of(self.data.period)
 
     @property
     def folds(self) -> tuple[BranchPoint, ...]:

@@ -92,11 +92,11 @@ def continuation(
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
     source = cycle.scene if model is None else model
     name, begin, end, scene_at = between(source, parameters)
-    wanted = real_array("at", at, 1)
-    if not ((wanted >= min(begin, end)) & (wanted <= max(begin, end))).all():
+    chosen = real_array("at", at, 1)
+    if not ((chosen >= min(begin, end)) & (chosen <= max(begin, end))).all():
         raise InputError(f"at: expected values from {min(begin, end):g} to {max(begin, end):g}, got {at!r}")
     traced = trace(cycle, name, (begin, end), scene_at, longest, points)
-    placed = list(_with_values(traced, wanted.tolist(), scene_at))
+    placed = list(_with_values(traced, chosen.tolist(), scene_at))
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
     result = table("point", np.arange(values.size), cycles, {}).assign_coords(
@@ -106,12 +106,12 @@ def continuation(
     return Branch(result, tuple(cycles), tuple(_points(name, traced, end, scene_at)), traced.end)
 
 
-def _with_values(traced: Traced, wanted: Sequence[float], scene_at: SceneAt) -> Iterable[Placed]:
-    """Return the orbits of a branch with those at wanted values between them."""
+def _with_values(traced: Traced, chosen: Sequence[float], scene_at: SceneAt) -> Iterable[Placed]:
+    """Return the orbits of a branch with those at chosen values between them."""
     yield traced.placed[0]
     for before, after in pairwise(traced.placed):
         low, high = sorted((before[0], after[0]))
-        inside = sorted((value for value in wanted if low < value < high), reverse=after[0] < before[0])
+        inside = sorted((value for value in chosen if low < value < high), reverse=after[0] < before[0])
         for value in inside:
             yield value, continued(before, value, scene_at)
         yield after

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: The scene at a value of one parameter.
 SceneAt = Callable[[float], Scene]
@@ -76,3 +79,13 @@ def apart(variables: Mapping[str, Any], parameters: Iterable[str]) -> dict[str, 
     """Return variables of a dataset; one named as a parameter becomes ``computed_`` and its name."""
     taken = set(parameters)
     return {f"computed_{name}" if name in taken else name: one for name, one in variables.items()}
+
+
+def parameter_of(values: xr.DataArray) -> str:
+    """Return the name of the parameter over which the values of a result stand.
+
+    It is their dimension or, where they stand over the points of a branch, the coordinate along that one.
+    """
+    (along,) = values.dims
+    others = (name for name, held in values.coords.items() if held.dims == (along,) and name != along)
+    return str(next(others, along))
