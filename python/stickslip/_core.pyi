@@ -51,7 +51,8 @@ _LoadData = tuple[
     list[tuple[int, float, float, float]],
 ]
 #: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force,
-#: stiffness, and a law of friction over slip speed: its kind, its numbers, the pieces of a table.
+#: stiffness, and a law of friction over slip speed: its kind, its numbers, the pieces of a table, the
+#: operations of a formula (their names, the slots of their operands, a number).
 _ContactData = tuple[
     _Along | None,
     _Along | None,
@@ -62,7 +63,7 @@ _ContactData = tuple[
     float,
     float,
     _SpringData,
-    tuple[str, list[float], list[list[float]]] | None,
+    tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]] | None,
 ]
 #: A combination, with the friction forces that compliant contacts hold.
 _Statuses = str | tuple[str, list[float]]

@@ -19,7 +19,7 @@ from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import friction_factors, mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
-from stickslip.scene.laws.friction import Constant, Law
+from stickslip.scene.laws.friction import Constant, FrictionLaw
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure
@@ -59,7 +59,7 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
     """
     at = np.atleast_1d(real_array("times", times, 0, 1))
     scene = run.scene
-    laws = [contact.friction for contact in scene.contacts if isinstance(contact.friction, Law)]
+    laws = [contact.friction for contact in scene.contacts if isinstance(contact.friction, FrictionLaw)]
     if not all(isinstance(law, Constant) for law in laws):
         raise InputError(
             "modal_energy: friction depends on slip speed, so a finite motion is no sum of modes;"

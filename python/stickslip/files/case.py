@@ -32,7 +32,7 @@ from stickslip.scene.checks import (
     described,
     file_path,
 )
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
@@ -262,10 +262,10 @@ def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
         raise InputError(f"model: a file cannot name {model!r}; save model(...), a Scene, instead")
     table: dict[str, Any] = {"name": names[function]}
     for key, value in (model.keywords if isinstance(model, partial) else {}).items():
-        if isinstance(value, Law):
+        if isinstance(value, FrictionLaw):
             value = Inline(value.table())
         elif key == "friction" and isinstance(value, Sequence):
-            value = [Inline(one.table()) if isinstance(one, Law) else one for one in value]
+            value = [Inline(one.table()) if isinstance(one, FrictionLaw) else one for one in value]
         if key in ("subsystems", "links"):
             table[key.removesuffix("s")] = [vars(entry) for entry in value]
         elif value is not None:

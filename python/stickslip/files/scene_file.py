@@ -29,7 +29,7 @@ from stickslip.scene.arrays.matrix_file import Header, matrix_header, read_matri
 from stickslip.scene.checks import Real, check_memory, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 from stickslip.scene.scene import Scene
 
@@ -274,7 +274,7 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 def _contact_entry(key: str, value: Any, dofs: Sequence[str]) -> Any:
     if key in ("tangential", "normal"):
         return _named(value, dofs)
-    if isinstance(value, Law):
+    if isinstance(value, FrictionLaw):
         return Inline(value.table())
     return Inline(_load_table(value, dofs)) if isinstance(value, Harmonic) else value
 

@@ -28,7 +28,7 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import Complex, Real, check_memory, real_number
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
@@ -161,7 +161,7 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
             "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
             " are compliant; state it as a matrix to differentiate"
         )
-    loaded = any(isinstance(one.friction, Law) and one.normal is not None for one in scene.contacts)
+    loaded = any(isinstance(one.friction, FrictionLaw) and one.normal is not None for one in scene.contacts)
     if loaded and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also changes normal forces, and with them the slope of friction over slip"
@@ -208,7 +208,7 @@ def _sparse_contact_change(scene: Scene, letters: str, name: str) -> Change:
     moving = moved_friction(scene, name)
     raised = [
         dataclasses.replace(contact, friction=contact.friction + 1.0, static_friction=None)
-        if i in moving and not isinstance(contact.friction, Law)
+        if i in moving and not isinstance(contact.friction, FrictionLaw)
         else contact
         for i, contact in enumerate(scene.contacts)
     ]

@@ -12,7 +12,7 @@ from stickslip.modes.computed import Computed
 from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
 
@@ -114,7 +114,7 @@ def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: C
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     phasors: Complex = friction_factors(scene, modes.combination)[:, None] * normal
     for i, (status, contact) in enumerate(zip(modes.combination, scene.contacts, strict=True)):
-        if isinstance(contact.friction, Law) and status in "+-":
+        if isinstance(contact.friction, FrictionLaw) and status in "+-":
             # Beside mu N it changes with slip speed: what is left of the load along the contact.
             phasors[i] = times(structure.impulse_response[:, [2 * i]].T, unbalanced)[0]
     return phasors

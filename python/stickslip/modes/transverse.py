@@ -22,7 +22,7 @@ from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import described
 from stickslip.scene.contact import entries_of
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.scene import Scene
 
 
@@ -68,7 +68,7 @@ def with_transverse_friction(scene: Scene, combination: str, transverse: Sequenc
             what = "its slider is at rest" if speed == 0.0 else f"its normal force is {normal_force:.6g} N"
             raise InputError(f"transverse: contact {k} does not slide steadily in {combination!r}: {what}")
         law = contact.friction
-        friction = law.coefficient(speed) if isinstance(law, Law) else law
+        friction = law.coefficient(speed) if isinstance(law, FrictionLaw) else law
         factor = np.sqrt(friction * normal_force / speed)
         rows += [dof for dof, _ in entries]
         columns += [k] * len(entries)

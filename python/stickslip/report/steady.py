@@ -13,7 +13,7 @@ from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.drawing.schematic import schematic
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
 from stickslip.show.units import LENGTHS, suited
@@ -65,7 +65,7 @@ def scene_section(found: Findings) -> Markup:
                 str(label),
                 _direction(scene.tangential_direction(i), scene.dofs),
                 _direction(scene.normal_direction(i), scene.dofs),
-                repr(contact.friction) if isinstance(contact.friction, Law) else contact.friction,
+                repr(contact.friction) if isinstance(contact.friction, FrictionLaw) else contact.friction,
                 contact.holding,
                 contact.slider_speed,
                 contact.restitution,

@@ -23,7 +23,7 @@ from stickslip.scene.checks import (
     real_number,
     whole_number,
 )
-from stickslip.scene.laws.friction import LAWS, Law, law_of
+from stickslip.scene.laws.friction import LAWS, FrictionLaw, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -87,7 +87,7 @@ class Contact:
 
     tangential: DirectionLike | None = None
     normal: DirectionLike | None = None
-    friction: float | Law = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
+    friction: float | FrictionLaw = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
     slider_speed: float = 0.0
     restitution: float = 0.0
@@ -119,7 +119,7 @@ class Contact:
 
     def coefficient(self, speed: float | None = None) -> float:
         """Return the coefficient of kinetic friction at a slip speed, m/s; None: that of steady sliding."""
-        if not isinstance(self.friction, Law):
+        if not isinstance(self.friction, FrictionLaw):
             return self.friction
         return self.friction.coefficient(abs(self.slider_speed if speed is None else speed))
 
@@ -155,27 +155,30 @@ def concerns(field: str, contact: Contact) -> bool:
     if field in SPRINGS:
         return getattr(contact, field) is not None
     if field.startswith(OF_LAW):
-        return (
-            isinstance(contact.friction, Law) and field.removeprefix(OF_LAW) in contact.friction.parameters()
-        )
+        return field.removeprefix(OF_LAW) in law_numbers(contact)
     direction = contact.normal if field in ("restitution", "gap") else contact.tangential
     return direction is not None
+
+
+def law_numbers(contact: Contact) -> dict[str, float]:
+    """Return the numbers of its law of friction by name; none where friction is a number."""
+    return contact.friction.parameters() if isinstance(contact.friction, FrictionLaw) else {}
 
 
 def law_number(contact: Contact, field: str) -> Any:
     """Return a field of the contact law, or a parameter of its law of friction."""
     if field in LAW or not field.startswith(OF_LAW):
         return getattr(contact, field)
-    return getattr(contact.friction, field.removeprefix(OF_LAW), None)
+    return law_numbers(contact).get(field.removeprefix(OF_LAW))
 
 
 def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
     """Return the contact with another value of it."""
     if field in LAW:
         return dataclasses.replace(contact, **{field: value})
-    if not isinstance(contact.friction, Law) or not concerns(field, contact):
+    if not isinstance(contact.friction, FrictionLaw) or not concerns(field, contact):
         return contact
-    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})
+    law = contact.friction.replace(**{field.removeprefix(OF_LAW): value})
     return dataclasses.replace(contact, friction=law)
 
 
@@ -206,11 +209,12 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
     place = f"contact {position}"
     if contact.name is not None and not (isinstance(contact.name, str) and contact.name.strip()):
         raise InputError(f"{place}: name: expected a text that is not empty, or None, got {contact.name!r}")
-    law = contact.friction if isinstance(contact.friction, Law) else None
+    law = contact.friction if isinstance(contact.friction, FrictionLaw) else None
     if law is not None and type(law) not in LAWS.values():
         raise InputError(
             f"{place}: friction: {type(law).__name__} is no law of stickslip.friction, for which motions are "
-            "exact; give its values at some speeds, Tabulated(speeds, [law.coefficient(s) for s in speeds])"
+            "exact; give its formula, Law(lambda s: ...), or its values at some speeds, Tabulated(speeds, "
+            "[law.coefficient(s) for s in speeds])"
         )
     # The core takes the law at rest beside the law.
     friction = real_number(f"{place}: friction", contact.friction if law is None else law.coefficient(0.0))

@@ -44,7 +44,7 @@ from stickslip.scene.laws.damping import (
     core_damping,
     described_damping,
 )
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads
 from stickslip.scene.parameters.numbers import Number, changed_parts, found_number
@@ -312,7 +312,7 @@ class Scene(Shown):
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
             law = (
                 f"friction {contact.friction!r}"
-                if isinstance(contact.friction, Law)
+                if isinstance(contact.friction, FrictionLaw)
                 else f"friction {contact.friction:g}"
             )
             if contact.static_friction not in (None, contact.coefficient(0.0)):
@@ -337,7 +337,7 @@ class Scene(Shown):
                 str(label),
                 described_direction(contact.tangential, self.dofs),
                 described_direction(contact.normal, self.dofs),
-                contact.friction if isinstance(contact.friction, Law) else float(contact.friction),
+                contact.friction if isinstance(contact.friction, FrictionLaw) else float(contact.friction),
                 float(contact.holding),
                 float(contact.slider_speed),
                 float(contact.restitution),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -19,6 +19,9 @@ import scipy
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array, real_number
+from stickslip.scene.laws.expression import Variable, check_names, depends, names, parsed, text
+from stickslip.scene.laws.operations import Operation, operations, values
+from stickslip.scene.laws.tracing import traced
 
 __all__ = ["Constant", "Law", "Linear", "Rational", "Stribeck", "Tabulated"]
 
@@ -27,17 +30,16 @@ def __dir__() -> list[str]:
     return __all__
 
 
-#: The kind of a law in the core, its numbers, and the pieces of a table by rows of 4.
-LawData = tuple[str, list[float], list[list[float]]]
+#: The kind of a law in the core, its numbers, the pieces of a table by rows of 4, and the operations of a
+#: formula.
+LawData = tuple[str, list[float], list[list[float]], list[Operation]]
+#: What the formula of a law depends on.
+SLIP_SPEED = Variable("s", "the slip speed s >= 0", "friction", "Tabulated")
 
 
 @dataclass(frozen=True)
-class Law(ABC):
-    """The dependence of friction on slip speed; every other class of this module is such a law.
-
-    The numbers of a law are parameters of a scene by their names: ``friction_kinetic`` sets all contacts
-    whose law has this number, ``friction_kinetic_0`` the first contact.
-    """
+class FrictionLaw(ABC):
+    """The dependence of friction on slip speed, of which every public class of this module is a form."""
 
     #: The name of the law in files.
     law: ClassVar[str]
@@ -51,14 +53,17 @@ class Law(ABC):
                 )
             object.__setattr__(self, name, value)
 
-    @classmethod
-    def parameters(cls) -> tuple[str, ...]:
-        """Return the names of its numbers."""
-        return tuple(field.name for field in dataclasses.fields(cls))
+    def parameters(self) -> dict[str, float]:
+        """Return its numbers by name."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+    def replace(self, **numbers: float) -> FrictionLaw:
+        """Return the law with other `numbers`, given by name."""
+        return law_of({**self.table(), **numbers})
 
     def data(self) -> LawData | None:
         """Return the law as the core takes it; None where friction is constant."""
-        return self.law, [getattr(self, name) for name in self.parameters()], []
+        return self.law, list(self.parameters().values()), [], []
 
     @abstractmethod
     def coefficient(self, speed: float) -> float:
@@ -66,14 +71,33 @@ class Law(ABC):
 
     def table(self) -> dict[str, Any]:
         """Return the law as a file has it."""
-        return {"law": self.law, **dataclasses.asdict(self)}
+        return {"law": self.law, **self.parameters()}
+
+    @classmethod
+    def of_table(cls, given: Mapping[str, Any]) -> FrictionLaw:
+        """Return the law of a table without its name.
+
+        Raises
+        ------
+        InputError
+            If its numbers are others.
+        """
+        fields = list(dataclasses.fields(cls))
+        known = [field.name for field in fields]
+        for key in given:
+            if key not in known:
+                raise InputError(f"friction: the law {cls.law!r} has no {key!r}; it has {', '.join(known)}")
+        for field in fields:
+            if field.name not in given and field.default is dataclasses.MISSING:
+                raise InputError(f"friction: the law {cls.law!r} needs {field.name}")
+        return cls(**given)
 
     def __format__(self, spec: str) -> str:
         return repr(self)
 
 
 @dataclass(frozen=True)
-class Constant(Law):
+class Constant(FrictionLaw):
     """``mu = friction`` at all speeds; the same as the plain number.
 
     Parameters
@@ -95,7 +119,7 @@ class Constant(Law):
 
 
 @dataclass(frozen=True)
-class Linear(Law):
+class Linear(FrictionLaw):
     """``mu(s) = mu0 + slope |s|``.
 
     Parameters
@@ -117,7 +141,7 @@ class Linear(Law):
 
 
 @dataclass(frozen=True)
-class Stribeck(Law):
+class Stribeck(FrictionLaw):
     """``mu(s) = kinetic + (static - kinetic) exp(-|s| / speed) + viscous |s|``.
 
     Parameters
@@ -145,7 +169,7 @@ class Stribeck(Law):
 
 
 @dataclass(frozen=True)
-class Rational(Law):
+class Rational(FrictionLaw):
     """``mu(s) = kinetic + (static - kinetic) / (1 + |s| / speed)``.
 
     Parameters
@@ -169,7 +193,7 @@ class Rational(Law):
 
 
 @dataclass(frozen=True)
-class Tabulated(Law):
+class Tabulated(FrictionLaw):
     """Measured mu between speeds by monotone cubics (Fritsch and Carlson 1980), constant beyond the last one.
 
     mu has a continuous slope, which is zero from the last speed on.
@@ -206,10 +230,9 @@ class Tabulated(Law):
         if not all(0.0 <= value < np.inf for value in self.values):
             raise InputError(f"friction: values: must be >= 0 and finite, got {self.values!r}")
 
-    @classmethod
-    def parameters(cls) -> tuple[str, ...]:
-        """Return no names: a table has no single numbers."""
-        return ()
+    def parameters(self) -> dict[str, float]:
+        """Return nothing: a table has no single numbers."""
+        return {}
 
     @cached_property
     def _spline(self) -> scipy.interpolate.CubicHermiteSpline:
@@ -220,7 +243,7 @@ class Tabulated(Law):
     def data(self) -> LawData | None:
         """Return speeds and pieces, ascending powers of the distance from the speed where each begins."""
         pieces = self._spline.c[::-1].T.tolist()
-        return self.law, list(self.speeds), [*pieces, [self.values[-1], 0.0, 0.0, 0.0]]
+        return self.law, list(self.speeds), [*pieces, [self.values[-1], 0.0, 0.0, 0.0]], []
 
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
@@ -231,7 +254,109 @@ class Tabulated(Law):
         return {"law": self.law, "speeds": list(self.speeds), "values": list(self.values)}
 
 
-LAWS: dict[str, type[Law]] = {
+@dataclass(frozen=True, init=False, repr=False)
+class Law(FrictionLaw):
+    """A law of your own: mu as a formula of the slip speed s = |slip velocity|, m/s, and of named numbers.
+
+    A formula has the signs ``+ - * / **``, with exponents that do not depend on s, and the functions exp,
+    log, sqrt and tanh. It has no branches, and is smooth at rest. The numbers are parameters of a scene, such
+    as ``friction_rise`` of all contacts whose law has this number and ``friction_rise_0`` of the first one.
+
+    Parameters
+    ----------
+    formula
+        A function of s and of numbers with defaults, ``lambda s, kinetic=0.3, rise=0.2: kinetic + rise *
+        np.exp(-s / 0.1)``, with the functions of numpy. It is called once, and noted as a text. Or this text,
+        ``"kinetic + rise * exp(-s / 0.1)"``, which is read and never run as code.
+    **numbers
+        The numbers that a text names, or others in place of the defaults of a function.
+
+    Raises
+    ------
+    InputError
+        If it is no such formula, a number is missing or has no place in it, or mu at rest is not finite and
+        >= 0. A run ends at the instant at which mu becomes negative.
+    """
+
+    formula: str
+    _numbers: tuple[tuple[str, float], ...]
+    law: ClassVar[str] = "formula"
+
+    def __init__(self, formula: str | Callable[..., Any], /, **numbers: float) -> None:
+        given: Mapping[str, Any] = numbers
+        if isinstance(formula, str):
+            tree = parsed(SLIP_SPEED, formula)
+        elif callable(formula):
+            tree, given = traced(SLIP_SPEED, formula, numbers)
+        else:
+            raise InputError(f"friction: formula: expected a function or a text, got {described(formula)}")
+        check_names(SLIP_SPEED, given, tree, ("law", "formula"))
+        found = {name: real_number(f"friction: {name}", given[name]) for name in names(tree)}
+        for name, value in found.items():
+            if not np.isfinite(value):
+                raise InputError(f"friction: {name}: must be finite, got {value}")
+        told = text(SLIP_SPEED, tree)
+        if not depends(tree):
+            raise InputError(f"friction: {told} does not depend on the slip speed s: give the plain number")
+        object.__setattr__(self, "formula", told)
+        object.__setattr__(self, "_numbers", tuple(found.items()))
+        self._check_rest()
+
+    @cached_property
+    def _operations(self) -> list[Operation]:
+        return operations(SLIP_SPEED, parsed(SLIP_SPEED, self.formula), self.parameters())
+
+    def _check_rest(self) -> None:
+        """Refuse a law without a power series at rest, or with a negative mu there."""
+        at_rest = values(self._operations, 0.0)
+        for operation, first, _, exponent in self._operations:
+            if operation == "power" and at_rest[first] <= 0.0:
+                raise InputError(
+                    f"friction: {described(self)} is not smooth at rest: power {exponent:g} of"
+                    f" {at_rest[first]:g}; add a small number to the base"
+                )
+        if not (np.isfinite(at_rest).all() and at_rest[-1] >= 0.0):
+            raise InputError(
+                f"friction: mu at rest must be finite and >= 0, got {at_rest[-1]:g} of {described(self)}"
+            )
+
+    def parameters(self) -> dict[str, float]:
+        """Return its numbers by name."""
+        return dict(self._numbers)
+
+    def data(self) -> LawData | None:
+        """Return the operations of the formula."""
+        return self.law, [], [], self._operations
+
+    def coefficient(self, speed: float) -> float:
+        """Return mu at a slip speed, m/s."""
+        return float(values(self._operations, speed)[-1])
+
+    def table(self) -> dict[str, Any]:
+        """Return the law as a file has it."""
+        return {"law": self.law, "formula": self.formula, **self.parameters()}
+
+    @classmethod
+    def of_table(cls, given: Mapping[str, Any]) -> Law:
+        """Return the law of a table without its name.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        formula = given.get("formula")
+        if not isinstance(formula, str):
+            raise InputError(f"friction: formula: expected a text, got {described(formula)}")
+        return cls(formula, **{name: value for name, value in given.items() if name != "formula"})
+
+    def __repr__(self) -> str:
+        return (
+            f"Law({', '.join([repr(self.formula), *(f'{name}={value!r}' for name, value in self._numbers)])})"
+        )
+
+
+LAWS: dict[str, type[FrictionLaw]] = {
     kind.law: kind
     for kind in (
         Constant,
@@ -239,11 +364,12 @@ LAWS: dict[str, type[Law]] = {
         Stribeck,
         Rational,
         Tabulated,
+        Law,
     )
 }
 
 
-def law_of(table: Mapping[str, Any]) -> Law:
+def law_of(table: Mapping[str, Any]) -> FrictionLaw:
     """Return the law of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``.
 
     Raises
@@ -256,12 +382,4 @@ def law_of(table: Mapping[str, Any]) -> Law:
     kind = LAWS.get(name) if isinstance(name, str) else None
     if kind is None:
         raise InputError(f"friction: law: expected one of {', '.join(LAWS)}, got {described(name)}")
-    fields = list(dataclasses.fields(kind))
-    known = [field.name for field in fields]
-    for key in given:
-        if key not in known:
-            raise InputError(f"friction: the law {name!r} has no {key!r}; it has {', '.join(known)}")
-    for field in fields:
-        if field.name not in given and field.default is dataclasses.MISSING:
-            raise InputError(f"friction: the law {name!r} needs {field.name}")
-    return kind(**given)
+    return kind.of_table(given)

@@ -29,7 +29,7 @@ from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.parameters.numbers import (
     FACTORS,
@@ -131,7 +131,9 @@ class Family:
             known = all(number_of(self.model, name).owner != "scene" for name in names)
         else:
             known = self.is_chain and not any(self.slot(name).late for name in names)
-        return known and not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
+        return known and not any(
+            isinstance(contact.friction, FrictionLaw) for contact in self.template.contacts
+        )
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:

@@ -19,11 +19,12 @@ from stickslip.scene.contact import (
     concerns,
     contact_labels,
     law_number,
+    law_numbers,
     nearest,
     with_law_number,
 )
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Switched
 from stickslip.scene.loads.of_scene import load_names, vibration_name
 
@@ -212,8 +213,7 @@ def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
 
 def _laws(contacts: Sequence[Contact]) -> list[str]:
     """Return the numbers of laws of friction by the names of parameters."""
-    laws = [one.friction for one in contacts if isinstance(one.friction, Law)]
-    return list(dict.fromkeys(f"{OF_LAW}{parameter}" for law in laws for parameter in law.parameters()))
+    return list(dict.fromkeys(f"{OF_LAW}{name}" for contact in contacts for name in law_numbers(contact)))
 
 
 def known_names(scene: Any) -> list[str]:
@@ -250,7 +250,7 @@ def scene_numbers(scene: Any, laws: Iterable[str] = LAW) -> dict[str, float | No
             if name in ("normal_force", *SPRINGS) and not concerns(name, contact):
                 continue
             law = contact.friction if name == "friction" else None
-            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
+            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, FrictionLaw) else [name]
             for one in names:
                 found[f"{one}_{k}" if several else one] = law_number(contact, one)
     for name, number in load_numbers(scene).items():
@@ -302,11 +302,11 @@ def _check_apart(numbers: Iterable[Number], call: str) -> None:
 
 def _check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.0) -> None:
     """Refuse a number as friction of a contact whose friction is a law over slip speed."""
-    if (number.owner, number.field) != ("contact", "friction") or isinstance(value, Law | Mapping):
+    if (number.owner, number.field) != ("contact", "friction") or isinstance(value, FrictionLaw | Mapping):
         return
     for k in number.places:
         law = contacts[k].friction
-        if isinstance(law, Law) and law.data() is not None:
+        if isinstance(law, FrictionLaw) and law.data() is not None:
             suffix = f"_{k}" if len(contacts) > 1 else ""
             numbers = ", ".join(f"{OF_LAW}{name}{suffix}" for name in law.parameters())
             known = f"; its numbers are {numbers}" if numbers else "; a table has no numbers to vary"

@@ -15,7 +15,7 @@ from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.scene import Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints
@@ -122,7 +122,7 @@ def _load(load: Load) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     """Return an index, number, name, direction or law of friction of a contact as a file keeps it."""
-    if isinstance(value, Law):
+    if isinstance(value, FrictionLaw):
         return value.table()
     if isinstance(value, Mapping):
         return {str(name): float(weight) for name, weight in value.items()}
