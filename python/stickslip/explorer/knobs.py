@@ -89,7 +89,9 @@ def told(
 
 
 def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
-    if entry.startswith(("friction", "static_friction")) and not entry.startswith("friction_speed"):
+    law = entry.startswith(("friction", "static_friction"))
+    # A number of a formula may be of any size.
+    if law and unit not in ("", "m/s"):
         return min(0.0, 2.0 * (value or 0.0)), max(3.0, 2.0 * (value or 0.0))
     if entry.startswith("restitution"):
         return 0.0, 1.0
@@ -99,6 +101,6 @@ def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
         return AT_ZERO.get(unit, ANYTHING)
     if unit in ("kg", "N/m") or entry in FACTORS:
         return POSITIVE[0] * value, POSITIVE[1] * value
-    # A slider at rest has no direction to slide in.
-    low, high = sorted((0.04 * value if unit == "m/s" else 0.0, 4.0 * value))
+    # A slider at rest has no direction to slide in, and a formula may divide by its numbers.
+    low, high = sorted((0.04 * value if unit == "m/s" or law else 0.0, 4.0 * value))
     return low, high

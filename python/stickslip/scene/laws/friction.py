@@ -310,7 +310,7 @@ class Law(FrictionLaw):
         """Refuse a law without a power series at rest, or with a negative mu there."""
         at_rest = values(self._operations, 0.0)
         for operation, first, _, exponent in self._operations:
-            if operation == "power" and at_rest[first] <= 0.0:
+            if operation == "power" and not exponent.is_integer() and at_rest[first] <= 0.0:
                 raise InputError(
                     f"friction: {described(self)} is not smooth at rest: power {exponent:g} of"
                     f" {at_rest[first]:g}; add a small number to the base"

@@ -12,7 +12,7 @@ from stickslip.scene.laws.expression import EVALUATED, FUNCTIONS, Tree, Variable
 #: An operation: its name, the slots of its operands, a number. Slot 0 is the variable, slot k + 1 what the
 #: k-th operation gives.
 Operation = tuple[str, int, int, float]
-#: The largest exponent.
+#: The largest exponent; up to it the core makes whole powers of products, which hold where the base is zero.
 EXPONENT = 64.0
 
 
@@ -81,23 +81,9 @@ class _Tape:
         return self.put("subtract" if minus_b else "add", first, second)
 
     def power(self, base: Tree, exponent: float) -> int:
-        """Return the slot of a power; a whole one is made of products, which hold where the base is zero."""
         if abs(exponent) > EXPONENT:
             self.variable.refuse(f"expected exponents up to {EXPONENT:g}, got {exponent:g}")
-        if exponent == 0.0:
-            return self.put("constant", number=1.0)
-        if not exponent.is_integer():
-            return self.put("power", self.slot(base), number=exponent)
-        product = self.product(self.slot(base), int(abs(exponent)))
-        return product if exponent > 0.0 else self.put("divide", self.put("constant", number=1.0), product)
-
-    def product(self, slot: int, count: int) -> int:
-        """Return the slot of a product of equal factors, by the squares of it."""
-        if count == 1:
-            return slot
-        half = self.product(slot, count // 2)
-        square = self.put("multiply", half, half)
-        return self.put("multiply", slot, square) if count % 2 else square
+        return self.put("power", self.slot(base), number=exponent)
 
 
 def _unsigned(tree: Tree) -> tuple[Tree, bool]:

@@ -272,7 +272,13 @@ def is_number_name(name: str) -> bool:
 
 def unit_of_name(name: str) -> str:
     """Return the unit of a number of a scene that is not made yet; empty where it cannot be known."""
-    fields = [field for field in UNITS if name == field or name.startswith(f"{field}_")]
+    # What follows friction_ may be the number of a formula.
+    formula = name.startswith(OF_LAW) and not name.removeprefix(OF_LAW).isdecimal()
+    fields = [
+        field
+        for field in UNITS
+        if name == field or (name.startswith(f"{field}_") and not (formula and field == "friction"))
+    ]
     stem = name.rstrip("_0123456789").rpartition("_")[2]
     # The amplitude of a load is a force, that of a slider a speed.
     return UNITS[max(fields, key=len)] if fields else UNITS.get(stem, "") if stem != "amplitude" else ""

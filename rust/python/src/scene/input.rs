@@ -43,8 +43,9 @@ pub type ContactData<'py> = (
     Option<LawData>,
 );
 
-/// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4.
-type LawData = (String, Vec<f64>, Vec<[f64; 4]>);
+/// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4;
+/// of a formula, its operations: their names, the slots of their operands, and a number.
+type LawData = (String, Vec<f64>, Vec<[f64; 4]>, Vec<(String, usize, usize, f64)>);
 
 pub type Laws = Vec<Option<core::scene::FrictionLaw>>;
 
@@ -85,22 +86,25 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
 }
 
 /// How friction depends on slip speed, by contact.
-pub fn friction_laws(contacts: &[ContactData<'_>]) -> Laws {
+pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> {
     let decay = |kind: &str| core::scene::Decay::NAMES.iter().find(|(name, _)| *name == kind);
-    let law = |(kind, numbers, pieces): &LawData| match (decay(kind), &numbers[..]) {
-        (Some(&(_, decay)), &[at_rest, kinetic, speed, ref viscous @ ..]) => {
-            let viscous = viscous.first().copied().unwrap_or_default();
-            core::scene::FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
-        }
-        (_, &[at_rest, slope]) if kind == "linear" => {
-            core::scene::FrictionLaw::Linear { at_rest, slope }
-        }
-        (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
-            speeds: speeds.to_vec(),
-            pieces: pieces.clone(),
-        })),
+    let law = |(kind, numbers, pieces, operations): &LawData| {
+        Ok(match (decay(kind), &numbers[..]) {
+            _ if kind == "formula" => core::scene::FrictionLaw::formula(operations)?,
+            (Some(&(_, decay)), &[at_rest, kinetic, speed, ref viscous @ ..]) => {
+                let viscous = viscous.first().copied().unwrap_or_default();
+                core::scene::FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
+            }
+            (_, &[at_rest, slope]) if kind == "linear" => {
+                core::scene::FrictionLaw::Linear { at_rest, slope }
+            }
+            (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
+                speeds: speeds.to_vec(),
+                pieces: pieces.clone(),
+            })),
+        })
     };
-    contacts.iter().map(|contact| contact.9.as_ref().map(law)).collect()
+    contacts.iter().map(|contact| contact.9.as_ref().map(law).transpose()).collect()
 }
 
 type Entries = Vec<(usize, f64)>;

@@ -33,9 +33,13 @@ pub struct Scene {
 }
 
 impl Scene {
-    fn build(py: Python<'_>, input: core::SceneInput, laws: Laws) -> PyResult<Self> {
+    fn build(
+        py: Python<'_>,
+        input: core::SceneInput,
+        laws: Result<Laws, core::Error>,
+    ) -> PyResult<Self> {
         let scene = detached(py, || {
-            core::Scene::new(input.clone()).and_then(|scene| scene.with_friction_laws(laws))
+            core::Scene::new(input.clone()).and_then(|scene| scene.with_friction_laws(laws?))
         })?;
         let scene = Arc::new(scene.map_err(|error| raise(py, &error))?);
         Ok(Self { propagators: Arc::new(core::Propagators::new(scene)), input })
