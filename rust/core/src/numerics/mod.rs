@@ -5,6 +5,7 @@ pub(crate) mod complementarity;
 pub(crate) mod double_double;
 pub(crate) mod first_root;
 pub(crate) mod gauss;
+pub(crate) mod interval;
 pub(crate) mod phi;
 pub(crate) mod platform;
 pub(crate) mod simd;

@@ -20,6 +20,7 @@ pub(crate) mod status;
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
 pub use friction::decay::Decay;
+pub use friction::formula::{Formula, GivenOperation};
 pub use friction::law::{FrictionLaw, Table};
 pub use input::scene_input::{Damping, Mass, SceneInput};
 pub use loads::input::{Harmonic, Loads, Steps, Vibration};

@@ -257,7 +257,9 @@ impl<'a> Laws<'a> {
             .contacts
             .iter()
             .zip(&slips)
-            .map(|(one, &slip)| (slip < one.speed).then(|| one.law.steepness(one.speed - slip)))
+            .map(|(one, &slip)| {
+                (slip < one.speed).then(|| one.law.steepness(one.speed - slip, one.speed + slip))
+            })
             .collect::<Option<_>>()?;
         let pushed = self.contacts.iter().zip(slips.iter().zip(&steepness));
         let pushed: f64 = pushed.map(|(one, (slip, [slope, _]))| slope * slip * one.pressed).sum();
@@ -285,7 +287,7 @@ impl Law<'_> {
             if !(slip < self.speed && self.speed + slip < self.until) {
                 return None;
             }
-            let [slope, curvature] = self.law.steepness(self.speed - slip);
+            let [slope, curvature] = self.law.steepness(self.speed - slip, self.speed + slip);
             let rest = 0.5 * curvature * slip * slip * self.pressed + slope * slip * of_normal;
             if of_modes + self.yields * rest <= slip {
                 return Some(slip);

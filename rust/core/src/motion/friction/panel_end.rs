@@ -4,7 +4,7 @@ use crate::error::run::LawEnd;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::LawContact;
-use crate::motion::friction::series::law_series::UNIT;
+use crate::motion::friction::series::law_series::{LawBounds, UNIT, size};
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
@@ -103,7 +103,7 @@ impl LawMotion {
     pub(super) fn cut(&mut self, operator: &LawOperator, scale: f64) {
         (self.next, self.ends) = (None, None);
         let mut first = 1.0;
-        for (place, (one, Sliding { series, .. })) in
+        for (place, (one, Sliding { series, bounds, .. })) in
             operator.contacts.iter().zip(&self.contacts).enumerate()
         {
             let root = |border: f64, above: bool, end: f64| {
@@ -136,6 +136,23 @@ impl LawMotion {
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;
+                        (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
+                    }
+                }
+                FrictionLaw::Formula(_) => {
+                    let mut mu = [0.0; ROW];
+                    mu[..COEFFICIENTS].copy_from_slice(&series.excess);
+                    mu[0] += one.law.value(0.0);
+                    let LawBounds { truncation, rounding, .. } = bounds.law;
+                    let error = truncation + rounding;
+                    if mu[0] - (size(&series.excess) - series.excess[0].abs()) > error {
+                        continue;
+                    }
+                    let search = FirstRoot { polynomial: &mu, error, end: first };
+                    if let Verdict::Crossing { root, .. } = self.unit.run(search)
+                        && root > 0.0
+                    {
+                        first = root;
                         (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
                     }
                 }

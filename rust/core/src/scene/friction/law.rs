@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::error::input::Error;
 use crate::numerics::bracket::Bracket;
+use crate::numerics::interval::Jet;
 use crate::scene::friction::decay::{Decay, LEVEL};
+use crate::scene::friction::formula::{Formula, GivenOperation};
 
 /// mu over |s|.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +33,8 @@ pub enum FrictionLaw {
     },
     /// Cubic pieces between measured speeds, constant beyond the last one.
     Tabulated(Arc<Table>),
+    /// Elementary operations; see [`FrictionLaw::formula`].
+    Formula(Arc<Formula>),
 }
 
 /// `mu = c_0 + c_1 d + c_2 d^2 + c_3 d^3` with `d = |s| - speeds[i]` between two speeds.
@@ -111,6 +115,17 @@ impl Table {
 }
 
 impl FrictionLaw {
+    /// A law by the operations that give mu, in the last slot, from the slip speed, in slot 0: `constant` (the number), `add`,
+    /// `subtract`, `multiply`, `divide` (of two slots), `exp`, `log`, `tanh` (of the first slot) and `power` (the first slot to
+    /// the number).
+    pub fn formula(given: &[GivenOperation]) -> Result<Self, Error> {
+        let formula = Formula::new(given)?;
+        Ok(match formula.line() {
+            Some([at_rest, slope]) => Self::Linear { at_rest, slope },
+            None => Self::Formula(Arc::new(formula)),
+        })
+    }
+
     /// Refuses numbers for which mu would be negative or not a function of speed.
     pub(crate) fn validate(&self, contact: usize) -> Result<(), Error> {
         let checks: Vec<(&str, f64, &'static str, bool)> = match self {
@@ -141,6 +156,14 @@ impl FrictionLaw {
                 }
                 checks
             }
+            Self::Formula(formula) => {
+                let Jet { value, first, second } = formula.jet(0.0);
+                vec![
+                    ("formula: mu at rest", value, ">= 0", value >= 0.0),
+                    ("formula: its slope at rest", first, "finite", true),
+                    ("formula: its curvature at rest", second, "finite", true),
+                ]
+            }
         };
         match checks.into_iter().find(|&(_, value, _, holds)| !(holds && value.is_finite())) {
             None => Ok(()),
@@ -165,6 +188,7 @@ impl FrictionLaw {
                 let x = speed - table.speeds[place];
                 a + x * (b + x * (c + x * d))
             }
+            Self::Formula(formula) => formula.jet(speed).value,
         }
     }
 
@@ -175,7 +199,7 @@ impl FrictionLaw {
             Self::Decaying { at_rest, kinetic, viscous, .. } => {
                 (at_rest == kinetic).then_some(*viscous)
             }
-            Self::Tabulated(_) => None,
+            Self::Tabulated(_) | Self::Formula(_) => None,
         }
     }
 
@@ -186,6 +210,7 @@ impl FrictionLaw {
             // Its slope is least at rest if it is negative anywhere.
             Self::Decaying { .. } => self.slope(0.0) < 0.0,
             Self::Tabulated(table) => table.pieces.windows(2).any(|pair| pair[1][0] < pair[0][0]),
+            Self::Formula(formula) => formula.falls(),
         }
     }
 
@@ -198,6 +223,7 @@ impl FrictionLaw {
             Self::Decaying { viscous, .. } if *viscous > 0.0 => f64::INFINITY,
             Self::Decaying { speed, decay, .. } => speed * decay.level(),
             Self::Tabulated(table) => table.rises_until()?,
+            Self::Formula(formula) => formula.rises_until()?,
         };
         (self.slope(0.0) > 0.0).then_some(end)
     }
@@ -213,6 +239,7 @@ impl FrictionLaw {
                 [_, b, c, d] if table.piece(speed) == 0 => speed * (b + speed * (c + speed * d)),
                 [at_rest, ..] => self.value(speed) - at_rest,
             },
+            Self::Formula(_) => self.value(speed) - self.value(0.0),
         }
     }
 
@@ -240,8 +267,8 @@ impl FrictionLaw {
         Bracket { low, high }.root([low, high].map(|speed| off(speed).0), 0.0, off)
     }
 
-    /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
-    pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
+    /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 to another.
+    pub(crate) fn steepness(&self, speed: f64, to: f64) -> [f64; 2] {
         match self {
             Self::Linear { slope, .. } => [slope.abs(), 0.0],
             Self::Decaying { at_rest, kinetic, speed: scale, viscous, decay } => {
@@ -257,6 +284,10 @@ impl FrictionLaw {
                     [b.abs() + width * curved, curved]
                 });
                 pieces.fold([0.0; 2], |[a, b], [slope, curvature]| [a.max(slope), b.max(curvature)])
+            }
+            Self::Formula(formula) => {
+                let Jet { first, second, .. } = formula.between(speed, to);
+                [first.largest(), second.largest()]
             }
         }
     }
@@ -275,6 +306,7 @@ impl FrictionLaw {
                 let x = speed - table.speeds[place];
                 b + x * (2.0 * c + 3.0 * x * d)
             }
+            Self::Formula(formula) => formula.jet(speed).first,
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::scene::contact_law::{Contact, ContactInput, Direction};
 use crate::scene::friction::decay::Decay;
+use crate::scene::friction::formula::{GivenOperation, Operation};
 use crate::scene::friction::law::{FrictionLaw, Table};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
@@ -46,6 +47,72 @@ fn exp(x: Doubled) -> Doubled {
         sum = sum.add(part);
     }
     (0..10).fold(sum, |power, _| power.by(power))
+}
+
+fn ln(x: Doubled) -> Doubled {
+    let near = Doubled::from(x.value().ln());
+    let power = exp(near);
+    let off = x.add(power.times(-1.0)).over(x.add(power));
+    near.add(off.times(2.0))
+}
+
+/// The coefficient of order k of every slot of a formula, behind those of lower orders.
+fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<Doubled>) {
+    let (k, n) = (slip.len() - 1, operations.len());
+    let order = Doubled::from(k as f64);
+    let mut own: Vec<Doubled> = Vec::new();
+    for (place, operation) in operations.iter().enumerate() {
+        let of = |slot: usize, i: usize| match slot {
+            0 => slip[i],
+            _ if i < k => inner[i * n + slot - 1],
+            _ => own.get(slot - 1).copied().unwrap_or_default(),
+        };
+        let here = |i: usize| if i < k { inner[i * n + place] } else { Doubled::default() };
+        let sum = |term: &dyn Fn(usize) -> Doubled, first: usize| {
+            (first..=k).fold(Doubled::default(), |sum, i| sum.add(term(i)))
+        };
+        let at_start = |value: f64| Doubled::from(if k == 0 { value } else { 0.0 });
+        let minus = |x: Doubled| x.times(-1.0);
+        let next = match *operation {
+            Operation::Constant(value) => at_start(value),
+            Operation::Affine { of: slot, factor, shift } => {
+                of(slot, k).times(factor).add(at_start(shift))
+            }
+            Operation::Sum(a, b) => of(a, k).add(of(b, k)),
+            Operation::Product(a, b) => sum(&|i| of(a, i).by(of(b, k - i)), 0),
+            Operation::Quotient(a, b) => {
+                let lower = sum(&|i| of(b, i).by(here(k - i)), 1);
+                of(a, k).add(minus(lower)).over(of(b, 0))
+            }
+            Operation::Exponential(a) if k == 0 => exp(of(a, 0)),
+            Operation::Exponential(a) => {
+                sum(&|i| of(a, i).times(i as f64).by(here(k - i)), 1).over(order)
+            }
+            Operation::Logarithm(a) if k == 0 => ln(of(a, 0)),
+            Operation::Logarithm(a) => {
+                let lower = sum(&|i| here(i).times(i as f64).by(of(a, k - i)), 1).over(order);
+                of(a, k).add(minus(lower)).over(of(a, 0))
+            }
+            Operation::Power(a, exponent) if k == 0 => exp(ln(of(a, 0)).times(exponent)),
+            Operation::Power(a, exponent) => {
+                let weight = |i: usize| {
+                    Doubled::product(exponent, i as f64).add((i as f64 - k as f64).into())
+                };
+                sum(&|i| weight(i).by(of(a, i)).by(here(k - i)), 1).over(order).over(of(a, 0))
+            }
+            Operation::Tangent(a) if k == 0 => {
+                let power = exp(of(a, 0).times(2.0));
+                power.add((-1.0).into()).over(power.add(1.0.into()))
+            }
+            Operation::Tangent(a) => {
+                let square = |i: usize| inner[i * n + place + 1];
+                let rate = |i: usize| of(a, i).times(i as f64);
+                rate(k).add(minus(sum(&|i| rate(i).by(square(k - i)), 1))).over(order)
+            }
+        };
+        own.push(next);
+    }
+    inner.extend(own);
 }
 
 /// Coefficients of mu(S), those of S up to order k being known.
@@ -86,6 +153,10 @@ fn extend(
             inner.push(next);
             let falling = Doubled::from(*at_rest).add((-kinetic).into());
             mu.push(falling.by(next).add(slip[k].times(*viscous)).add(at(*kinetic)));
+        }
+        FrictionLaw::Formula(formula) => {
+            slots(formula.operations(), slip, inner);
+            mu.push(inner[inner.len() - 1]);
         }
         FrictionLaw::Tabulated(table) => {
             let [a, b, c, d] = table.pieces[piece];
@@ -181,6 +252,44 @@ fn moved(scene: &Scene, laws: &[(FrictionLaw, usize)], state: &mut [Vec<Doubled>
     }
 }
 
+/// A law of random operations that is no steeper than those of other kinds.
+fn formula() -> impl Strategy<Value = FrictionLaw> {
+    const NAMES: [&str; 8] =
+        ["constant", "add", "multiply", "divide", "exp", "log", "power", "tanh"];
+    let drawn =
+        (0..NAMES.len(), any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0f64);
+    let tape = proptest::collection::vec(drawn, 1..10);
+    (tape, 0.2..1.0f64, -0.5..0.5f64).prop_filter_map("steep", |(tape, at_rest, size)| {
+        let mut given: Vec<GivenOperation> = Vec::new();
+        for (name, first, second, number) in tape {
+            let count = given.len() + 1;
+            // The slots before the last are not all met: one of both is near.
+            let near = count - 1 - first.index(count.min(3));
+            let exponent = if number > 0.0 { (2.0 * number).round() } else { number };
+            given.push((
+                NAMES[name].into(),
+                near,
+                second.index(count),
+                match NAMES[name] {
+                    "power" => exponent,
+                    _ => number,
+                },
+            ));
+        }
+        let last = given.len();
+        given.push(("constant".into(), 0, 0, size));
+        given.push(("multiply".into(), last, last + 1, 0.0));
+        given.push(("constant".into(), 0, 0, at_rest));
+        given.push(("add".into(), last + 2, last + 3, 0.0));
+        let law = FrictionLaw::formula(&given).expect("operations in order");
+        let near = |k: i32| {
+            let speed = 0.1 * f64::from(k);
+            law.value(speed).abs() < 2.0 && law.slope(speed).abs() < 20.0
+        };
+        (law.validate(0).is_ok() && (0..12).all(near)).then_some(law)
+    })
+}
+
 fn law() -> impl Strategy<Value = FrictionLaw> {
     // Without a jump: there a slip speed could stay at the border of two pieces.
     let table = |[a, b, c]: [f64; 3]| {
@@ -200,12 +309,34 @@ fn law() -> impl Strategy<Value = FrictionLaw> {
             }
         ),
         2 => [0.2..0.6f64, -0.1..0.1f64, -0.3..0.3f64].prop_map(table),
+        3 => formula(),
     ]
 }
 
 /// A law that rises, as slip without mass needs it.
 fn rising(law: &FrictionLaw) -> FrictionLaw {
     match *law {
+        FrictionLaw::Formula(_) if law.rises_until().is_some() => law.clone(),
+        FrictionLaw::Formula(_) => {
+            // mu_0 + asinh(s / v) / 10
+            let of =
+                |name: &str, first, second, number| (String::from(name), first, second, number);
+            let operations = [
+                of("constant", 0, 0, 0.05),
+                of("divide", 0, 1, 0.0),
+                of("power", 2, 0, 2.0),
+                of("constant", 0, 0, 1.0),
+                of("add", 3, 4, 0.0),
+                of("power", 5, 0, 0.5),
+                of("add", 2, 6, 0.0),
+                of("log", 7, 0, 0.0),
+                of("constant", 0, 0, 0.1),
+                of("multiply", 8, 9, 0.0),
+                of("constant", 0, 0, law.value(0.0)),
+                of("add", 10, 11, 0.0),
+            ];
+            FrictionLaw::formula(&operations).expect("operations in order")
+        }
         FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
             let kinetic = at_rest + kinetic;
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }

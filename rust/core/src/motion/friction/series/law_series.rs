@@ -3,6 +3,7 @@
 //! Decays have their recurrences and errors in [`crate::scene::friction::decay`]; those of a table are products.
 
 use crate::motion::friction::series::convolutions::FactorSums;
+use crate::motion::friction::series::formula_series::FormulaSeries;
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::GROUP;
@@ -33,6 +34,8 @@ pub(crate) struct LawSeries {
     pub excess: [f64; COEFFICIENTS],
     /// Piece of a table.
     pub piece: usize,
+    /// The slots of a formula.
+    formula: FormulaSeries,
 }
 
 /// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
@@ -50,7 +53,7 @@ impl LawSeries {
     /// k - 1. Gives that of `mu(S) - mu(0)`, and the two factors of this order.
     #[inline(always)]
     pub fn extend(&mut self, law: &FrictionLaw, k: usize, s: f64, middle: f64) -> (f64, [f64; 2]) {
-        let Self { slip, inner, excess, piece } = self;
+        let Self { slip, inner, excess, piece, formula: slots } = self;
         slip[k] = s;
         let (of_order, of_inner, left) = match law {
             FrictionLaw::Linear { slope, .. } => (slope * s, 0.0, 0.0),
@@ -77,6 +80,10 @@ impl LawSeries {
                 excess[k] = if k == 0 { a - law.value(0.0) } else { 0.0 } + product;
                 return (excess[k], [last; 2]);
             }
+            FrictionLaw::Formula(formula) => {
+                let value = slots.order(formula, k, s);
+                (if k == 0 { value - law.value(0.0) } else { value }, 0.0, 0.0)
+            }
         };
         (excess[k], inner[k]) = (of_order, of_inner);
         (of_order, [left, of_inner])
@@ -95,6 +102,7 @@ impl LawSeries {
                 let x = slip[0] - table.speeds[*piece];
                 b + x * (2.0 * c + 3.0 * x * d)
             }
+            FrictionLaw::Formula(formula) => formula.jet(slip[0]).first,
         }
     }
 
@@ -119,6 +127,7 @@ impl LawSeries {
                 let turn = -c / (3.0 * d);
                 if d > 0.0 && low < turn && turn < high { ends.min(slope(turn)) } else { ends }
             }
+            FrictionLaw::Formula(formula) => formula.between(low, high).first.low,
         };
         least * (1.0 - 1e-9)
     }
@@ -127,7 +136,7 @@ impl LawSeries {
     pub fn tube(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Linear { .. } => f64::MAX,
-            FrictionLaw::Decaying { .. } => 5e-2 * self.reach(law),
+            FrictionLaw::Decaying { .. } | FrictionLaw::Formula(_) => 5e-2 * self.reach(law),
             // The last piece is level, and slip without mass never is on it: no neighbourhood has a bound.
             FrictionLaw::Tabulated(table) => match table.speeds[self.piece..] {
                 [low, high, ..] => 1e-3 * (high - low),
@@ -140,6 +149,7 @@ impl LawSeries {
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Decaying { speed, decay, .. } => speed * decay.reach(self.slip[0] / speed),
+            FrictionLaw::Formula(_) => self.formula.reach,
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
         }
     }
@@ -231,6 +241,7 @@ impl LawSeries {
                         .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
                 }
             }
+            FrictionLaw::Formula(formula) => self.formula.bounds(formula, wide, shortenings),
         }
     }
 
@@ -254,6 +265,7 @@ impl LawSeries {
                     constant(k, b) + 2.0 * c * from_knot[k] + 3.0 * d * square[k]
                 })
             }
+            FrictionLaw::Formula(formula) => self.formula.slopes(formula),
         }
     }
 
@@ -263,6 +275,7 @@ impl LawSeries {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
             scale(all, powers);
         }
+        self.formula.shorten(powers);
     }
 }
 
