@@ -76,7 +76,7 @@ def summed(s, slope=2.0):
         (lambda s: (1 + s) / (2 * (3 + s)) / 4, "(1 + s) / (2 * (3 + s)) / 4"),
         (lambda s: 1 / (1 + np.square(s)) - np.reciprocal(4 + s), "1 / (1 + s * s) - 1 / (4 + s)"),
         (lambda s: 1 + np.tanh(-(s * s) / 0.1) - -s, "1 + tanh(-(s * s) / 0.1) - -s"),
-        (lambda s: -(-(s + 1)) + np.sqrt(np.log(2.0 + s)), "s + 1 + sqrt(log(2 + s))"),
+        (lambda s: -np.negative(s + 1) + np.sqrt(np.log(2.0 + s)), "s + 1 + sqrt(log(2 + s))"),
         (lambda s: np.float64(0.3) * s + 2**0.5, "0.3 * s + 1.4142135623730951"),
         (lambda s, a=2.0, b=3.0: (-a) ** b * -s + a**-2, "(-a)**b * -s + a**-2"),
         (lambda s, d=0.5: 1 + np.exp(-((s + 1) ** d)), "1 + exp(-(s + 1)**d)"),
@@ -126,9 +126,9 @@ def test_a_formula_is_read_as_it_is_told_and_its_operations_give_its_value(drawn
         tree = _made(drawn)
         told = text(SLIP, tree)
         listed = operations(SLIP, tree, numbers)
-    except ss.InputError as error:
-        assert "must be finite" in str(error)
-        return
+    except ss.InputError:
+        # Such as a division of constants by zero.
+        assume(False)
     assert parsed(SLIP, told) == tree
     assert len(set(listed)) == len(listed)
     for place, (name, first, second, _) in enumerate(listed):
@@ -321,16 +321,14 @@ def test_numbers_of_a_formula_are_parameters():
     assert study.run(progress=False).growth_rate.size == 2
     for name in ("friction", "friction_0"):
         with pytest.raises(
-            ss.InputError, match="friction: .* numbers are friction_kinetic, friction_rise, fri"
+            ss.InputError, match=r"friction: .* numbers are friction_kinetic, friction_rise, fri"
         ):
             ss.sweep(scene, {name: [0.2, 0.4]})
     with pytest.raises(
         ss.InputError, match="friction_ris: a scene has no such parameter; nearest: friction_rise"
     ):
         ss.sweep(scene, {"friction_ris": [0.2, 0.4]})
-    with pytest.raises(
-        ss.InputError, match="scale must be finite, got -?inf at .*scale=0|friction: .*scale=0.0"
-    ):
+    with pytest.raises(ss.InputError, match=r"friction: mu at rest must be finite .* scale=0\.0"):
         scene.replace(friction_scale=0.0)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,11 @@ def _scene(*contacts: ss.Contact, **changes: object) -> ss.Scene:
 def _belt(**changes: object) -> ss.Contact:
     given = {"tangential": "x", "normal": "y", "friction": 0.5, "slider_speed": 0.1, "name": "belt"}
     return ss.Contact(**{**given, **changes})
+
+
+def _levelling(s: Any, kinetic: float = 0.4, rise: float = 0.4, speed: float = 0.1) -> Any:
+    """Return friction that falls with slip speed as a law of a user's own says."""
+    return kinetic + rise / np.sqrt(1.0 + (s / speed) ** 2)
 
 
 def _rigid_pad() -> ss.Scene:
@@ -96,6 +102,7 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "table": lambda: _scene(
         _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))
     ),
+    "formula": lambda: _scene(_belt(friction=ss.friction.Law(_levelling))),
     "harmonic load": lambda: _scene(_belt(), loads=[ss.Harmonic({"x": 1.0}, frequency=1.3, name="shaker")]),
     "switched load": lambda: _scene(
         _belt(), loads=[ss.Switched({"x": 0.5}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])]
@@ -122,6 +129,7 @@ KICKS = {"stop": (0.9, 3.0), "compliant": (-8.0, 6.0)} | {
 PARAMETERS = {
     "Stribeck": ("friction_kinetic", 0.2, 0.6),
     "table": ("slider_speed", 0.12, 0.3),
+    "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),
 }
 
