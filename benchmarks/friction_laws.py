@@ -19,6 +19,7 @@ from mpmath import mpf
 
 import stickslip as ss
 from report import Report, arguments, left_out
+from stickslip.scene.laws.friction import FrictionLaw
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from friction_peer import Peer
@@ -30,7 +31,7 @@ COUNTED = 40
 LAW = ss.friction.Stribeck(static=1.5, kinetic=1.2, speed=0.1)
 
 
-def reference_model(friction: ss.friction.Law | float) -> tuple[ss.Scene, ss.State]:
+def reference_model(friction: FrictionLaw | float) -> tuple[ss.Scene, ss.State]:
     """Return the scene of the standard run under a friction, and its start."""
     scene = ss.models.two_subsystems(friction=friction, slider_speed=0.025, preload_displacement=1e-3)
     return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 import stickslip as ss
 from peer_integrator import Mechanics, Motion
 from peers.restart import MOST_EVENTS, Vector, leave
+from stickslip.scene.laws.friction import FrictionLaw
 
 #: Coefficients below this part of the largest are rounding of zeros.
 ROUNDING = 1e-13
@@ -99,7 +100,7 @@ def prepare(
     laws = {
         i: contact.friction
         for i, contact in enumerate(scene.contacts)
-        if isinstance(contact.friction, ss.friction.Law)
+        if isinstance(contact.friction, FrictionLaw)
     }
     frictions = [0.0 if i in laws else contact.friction for i, contact in enumerate(scene.contacts)]
     mechanics = Mechanics(scene.replace(friction=frictions, static_friction=None))

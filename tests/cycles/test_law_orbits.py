@@ -11,7 +11,7 @@ import stickslip as ss
 from law_blocks import HOPF, STEPS, STRIBECK, block, small_cycle
 from return_map import assert_multipliers, differenced_multipliers
 from stickslip.errors import NotPeriodicError, OrbitError
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 TABLE = Tabulated([0.0, 0.05, 0.1, 0.2, 0.4], [0.5, 0.4, 0.35, 0.3, 0.29])
 LAWS = [STRIBECK, Stribeck(0.5, 0.3, 0.1, 0.1), Rational(0.5, 0.3, 0.1), TABLE]
@@ -28,7 +28,7 @@ def two_blocks(coupling: float = 50.0) -> ss.Scene:
     return ss.Scene([1.0, 1.3], stiffness, damping=[[0.3, 0.0], [0.0, 0.2]], contacts=contacts)
 
 
-def skew_block(law: Law, damping: float = 0.0) -> ss.Scene:
+def skew_block(law: FrictionLaw, damping: float = 0.0) -> ss.Scene:
     """Return a mass on a normal that is not orthogonal to the slip: W couples friction and pressure."""
     contact = ss.Contact(tangential=[1.0, 0.0], normal=[0.3, 1.0], friction=law, slider_speed=0.3)
     return ss.Scene(

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.locus import critical
-from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import Constant, FrictionLaw, Linear, Rational, Stribeck, Tabulated
 from stickslip.scene.parameters.family import Family
 
 STRIBECK = Stribeck(0.5, 0.3, 0.1)
@@ -23,13 +23,13 @@ LAWS = [
 ]
 
 
-def block(law: Law | float, speed: float = 0.2, damping: float = 0.7) -> ss.Scene:
+def block(law: FrictionLaw | float, speed: float = 0.2, damping: float = 0.7) -> ss.Scene:
     """Return a block on a belt under a given normal force."""
     contact = ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=speed)
     return ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[contact])
 
 
-def slope(law: Law, speed: float) -> float:
+def slope(law: FrictionLaw, speed: float) -> float:
     """Return d mu / d |s| by differences of order six."""
     h = 1e-3 * speed
     value = [law.coefficient(speed + k * h) - law.coefficient(speed - k * h) for k in (1, 2, 3)]

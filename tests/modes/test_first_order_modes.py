@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq, linear_sum_assignment
 
 import stickslip as ss
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 #: Slider speed, m/s, normal force, N, springs of the block and of its node, N/m, and damping, N s/m.
 SPEED, PRESSED, HELD, SPRING, DAMPING = 0.2, 10.0, 100.0, 700.0, 0.4
@@ -20,7 +20,7 @@ LAWS = [
 ]
 
 
-def block(law: Law | float, speed: float = SPEED) -> ss.Scene:
+def block(law: FrictionLaw | float, speed: float = SPEED) -> ss.Scene:
     """Return a mass of 1 kg with a node on a belt, under a given normal force."""
     node = ss.Contact(
         tangential=0, normal_force=PRESSED, friction=law, slider_speed=speed, tangential_stiffness=SPRING
@@ -80,7 +80,7 @@ def scenes(draw) -> ss.Scene:
 @given(scenes())
 def test_modes_are_the_finite_eigenpairs_of_the_pencil(scene):
     modes = ss.complex_modes(scene, scene.core.sliding_combination())
-    first = sum(isinstance(contact.friction, Law) for contact in scene.contacts)
+    first = sum(isinstance(contact.friction, FrictionLaw) for contact in scene.contacts)
     size = modes.mass.shape[0]
     assert size == scene.size + first
     assert len(modes) == 2 * size - first

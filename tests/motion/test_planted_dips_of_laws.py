@@ -10,13 +10,14 @@ from mpmath import mpf
 
 import stickslip as ss
 from friction_peer import Peer, evaluated
+from stickslip.scene.laws.friction import FrictionLaw
 
 LAWS = [ss.friction.Stribeck(0.5, 0.3, 0.1), ss.friction.Rational(0.5, 0.3, 0.1)]
 #: Deeper than the bound by its own size, a dip has to be an event; less than that, a touch is an answer too.
 DEPTHS = [0.9, 0.99, 1.01, 1.1, 1.5, 1.9, 2.0]
 
 
-def blocks(law: ss.friction.Law, gap: float | None = None) -> ss.Scene:
+def blocks(law: FrictionLaw, gap: float | None = None) -> ss.Scene:
     """Return two blocks tied by a spring, the first on a belt, and a stop of the second where it is given."""
     contacts = [ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=0.6)]
     if gap is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 import stickslip as ss
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 mp.dps = 45
 ORDER = 44
@@ -68,7 +68,7 @@ class Peer:
         x, v = [list(self.x)], [list(self.v)]
         slips: list[list[mpf]] = [[] for _ in self.contacts]
         normals: list[list[mpf]] = [[] for _ in self.contacts]
-        laws = [LawSeries(c.friction) if isinstance(c.friction, Law) else None for c in self.contacts]
+        laws = [LawSeries(c.friction) if isinstance(c.friction, FrictionLaw) else None for c in self.contacts]
         held = set()
         for contact, status in zip(self.contacts, self.statuses, strict=True):
             held |= {contact.normal} if status != "d" else set()
@@ -213,7 +213,7 @@ class Peer:
 class LawSeries:
     """Coefficients of mu along a slip speed."""
 
-    def __init__(self, law: Law) -> None:
+    def __init__(self, law: FrictionLaw) -> None:
         self.law = law
         self.inner: list[mpf] = []
         self.value: list[mpf] = []

@@ -45,6 +45,7 @@ from fuzz_samples import Sampled
 from fuzz_scenes import EXTRAS, fuzz_scene
 from fuzz_terms import contact_directions, from_time
 from fuzz_twins import compare_halves, doubled
+from stickslip.scene.laws.friction import FrictionLaw
 
 #: s
 DURATION = 0.1
@@ -143,7 +144,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     in the mean are the other method.
     """
     limits: dict[str, Any] = {"max_events": MAX_EVENTS, "time_limit": HANG}
-    has_laws = any(isinstance(contact.friction, ss.friction.Law) for contact in scene.contacts)
+    has_laws = any(isinstance(contact.friction, FrictionLaw) for contact in scene.contacts)
     has_springs = any(
         spring is not None for c in scene.contacts for spring in (c.normal_stiffness, c.tangential_stiffness)
     )

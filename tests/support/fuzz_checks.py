@@ -12,6 +12,7 @@ import stickslip as ss
 from fuzz_events import NOISE, at_rest
 from fuzz_samples import Sampled
 from fuzz_terms import contact_directions, forces, matrices, plain, slider_speeds
+from stickslip.scene.laws.friction import FrictionLaw
 
 #: Rounding of a state: some hundred ulp, the limit of the condition of modes, over some dozens of phases.
 SLACK = 3e-12
@@ -50,7 +51,7 @@ def coefficients(contacts: Sequence[ss.Contact], slip: np.ndarray) -> np.ndarray
         law = contact.friction
         if isinstance(law, ss.friction.Tabulated):
             return cubics(law)(np.minimum(speeds, law.speeds[-1]))
-        if isinstance(law, ss.friction.Law):
+        if isinstance(law, FrictionLaw):
             return np.fromiter(map(contact.coefficient, speeds), float, speeds.size)
         return np.full(speeds.size, law)
 
@@ -113,7 +114,7 @@ def complementarity(sampled: Sampled) -> str:
     slipped[:, vibrates] = np.nan
     step = length + force * flexibility + SLACK * np.abs(slider * data.time[:, None])
     # The slip speed of such a node under a law is not that of its mass; friction is no less than at rest.
-    by_law = np.array([isinstance(c.friction, ss.friction.Law) for c in contacts]) & nodes
+    by_law = np.array([isinstance(c.friction, FrictionLaw) for c in contacts]) & nodes
     least = coefficients(contacts, np.zeros_like(slip))
     with np.errstate(invalid="ignore", divide="ignore"):
         kinetic = np.where(by_law, np.fmax(least, np.abs(friction) / normal), kinetic)

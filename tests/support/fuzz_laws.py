@@ -12,6 +12,7 @@ import stickslip as ss
 from fuzz_checks import coefficients
 from fuzz_events import SPREAD
 from fuzz_terms import contact_directions, fastest, forces, matrices, slider_speeds
+from stickslip.scene.laws.friction import FrictionLaw
 
 #: Phases that an integrator follows, how long it does, as a multiple of the time of the fastest mode, and by
 #: what part of the largest entry it may end elsewhere: in general, and where rounding grows at most.
@@ -107,7 +108,7 @@ def phases_by_integrator(run: ss.Trajectory) -> str:
     edges = np.concatenate([[0.0], run.events.time, [run.duration]])
     letters = [run.start.combination, *run.events.combination]
     _, rates = fastest(scene, letters)
-    by_law = [isinstance(contact.friction, ss.friction.Law) for contact in scene.contacts]
+    by_law = [isinstance(contact.friction, FrictionLaw) for contact in scene.contacts]
     slides = [
         any(law and status in "+-" for law, status in zip(by_law, combination, strict=True))
         for combination in letters

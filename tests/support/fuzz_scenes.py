@@ -10,6 +10,7 @@ import numpy as np
 import stickslip as ss
 from fuzz_chains import flight, sparse_scene, symmetric_scene
 from fuzz_terms import contact_directions, matrices, slider_speeds
+from stickslip.scene.laws.friction import FrictionLaw
 
 #: m/s; about the speed at which contacts close.
 CLOSING = 0.1
@@ -195,10 +196,10 @@ def with_laws(
 
 def drawn_law(
     rng: np.random.Generator, friction: float, slip: float, speed: float, table: bool = False
-) -> ss.friction.Law:
+) -> FrictionLaw:
     """Return a law that has a coefficient at a slip speed and changes over another."""
     ratio = rng.uniform(0.4, 1.0) if rng.random() < 0.7 else rng.uniform(1.0, 2.0)
-    law: ss.friction.Law
+    law: FrictionLaw
     match 3 if table else rng.integers(4):
         case 0:
             # One that falls reaches 0 at some slip speed, and ends the run.
@@ -237,7 +238,7 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
         if rng.random() < 0.8:
             if contact.normal is not None:
                 springs |= {"normal_stiffness": 10.0 ** rng.uniform(4.0, 7.0), "restitution": 0.0}
-            by_law = isinstance(contact.friction, ss.friction.Law)
+            by_law = isinstance(contact.friction, FrictionLaw)
             if contact.tangential is not None and not by_law and rng.random() < 0.7:
                 springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
             if by_law and rises(contact):

@@ -3,7 +3,7 @@
 import numpy as np
 
 import stickslip as ss
-from stickslip.scene.laws.friction import Law, Stribeck
+from stickslip.scene.laws.friction import FrictionLaw, Stribeck
 
 STRIBECK = Stribeck(0.5, 0.3, 0.1)
 #: Steps of differences, m and m/s, for motions of centimetres.
@@ -12,7 +12,7 @@ STEPS = (1e-7, 1e-6)
 HOPF = 0.1 * np.log(10.0 * 0.2 / 0.1 / 1.0)
 
 
-def block(speed: float, law: Law = STRIBECK, damping: float = 1.0, **given) -> ss.Scene:
+def block(speed: float, law: FrictionLaw = STRIBECK, damping: float = 1.0, **given) -> ss.Scene:
     """Return a block of 1 kg, pressed with 10 N on a belt."""
     belt = ss.Contact(tangential="x", normal_force=10.0, friction=law, slider_speed=speed)
     return ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[belt], dofs=["x"], **given)

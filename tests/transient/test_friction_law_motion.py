@@ -7,13 +7,13 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from friction_peer import Peer
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 TABLE = Tabulated([0.0, 0.05, 0.1, 0.2, 0.4], [0.5, 0.4, 0.35, 0.3, 0.29])
 LAWS = [Stribeck(0.5, 0.3, 0.1), Stribeck(0.5, 0.3, 0.1, 0.1), Rational(0.5, 0.3, 0.1), Linear(0.4, -0.3)]
 
 
-def block(law: Law | float, damping: float = 0.7) -> tuple[ss.Scene, ss.State]:
+def block(law: FrictionLaw | float, damping: float = 0.7) -> tuple[ss.Scene, ss.State]:
     """Return a block on a belt under a given normal force, and a start that grows."""
     contact = ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=0.2)
     scene = ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[contact])
@@ -33,13 +33,13 @@ def stop_and_friction() -> tuple[ss.Scene, ss.State]:
     return scene, ss.State([0.0], [-5.0], "+dd", dofs=scene.dofs)
 
 
-def two_subsystems(law: Law | list[Law]) -> tuple[ss.Scene, ss.State]:
+def two_subsystems(law: FrictionLaw | list[FrictionLaw]) -> tuple[ss.Scene, ss.State]:
     """Return the reference model under a law at both contacts, or one at each."""
     scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
     return scene, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
 
 
-def skew_block(law: Law) -> ss.Scene:
+def skew_block(law: FrictionLaw) -> ss.Scene:
     """Return a mass on an inclined normal that is not orthogonal to the direction of slip: W couples them."""
     contact = ss.Contact(tangential=[1.0, 0.0], normal=[0.3, 1.0], friction=law, slider_speed=0.3)
     stiffness = [[400.0, -60.0], [-60.0, 900.0]]

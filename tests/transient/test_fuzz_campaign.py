@@ -19,6 +19,7 @@ from fuzz_laws import integrated, phases_by_integrator
 from fuzz_samples import Sampled
 from fuzz_scenes import fuzz_scene
 from fuzz_terms import contact_directions
+from stickslip.scene.laws.friction import FrictionLaw
 
 pytestmark = pytest.mark.slow
 
@@ -202,7 +203,7 @@ def test_slip_without_mass_under_laws(index):
     """Friction elements on springs, whose laws rise."""
     extras = ["stops", "laws", "compliant"]
     contacts = fuzz_scene(7, index, extras)[0].contacts
-    assert any(isinstance(c.friction, ss.friction.Law) and c.tangential_stiffness for c in contacts)
+    assert any(isinstance(c.friction, FrictionLaw) and c.tangential_stiffness for c in contacts)
     outcome = fuzz_campaign.run_scene(7, extras, index)
     assert outcome.verdict == "ok", outcome
     assert outcome.compared == outcome.distinct > 10

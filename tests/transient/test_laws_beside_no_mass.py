@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import stickslip as ss
 from return_map import assert_multipliers
 from stickslip.errors import NotPeriodicError
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck
 
 LAWS = [Stribeck(0.5, 0.3, 0.1), Rational(0.5, 0.3, 0.1), Linear(0.5, -0.2), Linear(0.4, 0.3)]
 STIFFNESS = np.array([[100.0, -40.0], [-40.0, 300.0]])
@@ -16,13 +16,13 @@ FORCE = np.array([0.0, -12.0])
 SPEED, SPRING = 0.2, 700.0
 
 
-def pressed_by_a_spring(law: Law, damping: float = 0.4) -> ss.Scene:
+def pressed_by_a_spring(law: FrictionLaw, damping: float = 0.4) -> ss.Scene:
     """Return a mass that a spring without mass presses on a belt."""
     contact = ss.Contact(tangential=0, normal=1, friction=law, slider_speed=SPEED, normal_stiffness=SPRING)
     return ss.Scene([1.0, 1.5], STIFFNESS, damping=np.diag([damping, 0.8]), force=FORCE, contacts=[contact])
 
 
-def beside_a_node(law: Law, other: float = 0.6) -> ss.Scene:
+def beside_a_node(law: FrictionLaw, other: float = 0.6) -> ss.Scene:
     """Return a mass on a belt under a given normal force, tied to a mass on a compliant contact."""
     contacts = [
         ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=SPEED),

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from return_map import assert_multipliers
 from stickslip.errors import NotPeriodicError
-from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 #: Slope of a law, s/m, slider speed, m/s, given normal force, N, and spring of a node, N/m.
 SLOPE, SPEED, PRESSED, SPRING = 0.3, 0.2, 10.0, 700.0
@@ -25,7 +25,7 @@ LAWS = [
 ]
 
 
-def block(law: Law | float, **changes) -> ss.Scene:
+def block(law: FrictionLaw | float, **changes) -> ss.Scene:
     """Return a mass of 1 kg with a node on a belt, under a given normal force."""
     given = {"normal_force": PRESSED, "slider_speed": SPEED, "tangential_stiffness": SPRING}
     loads = changes.pop("loads", ())
@@ -33,7 +33,7 @@ def block(law: Law | float, **changes) -> ss.Scene:
     return ss.Scene([1.0], [[100.0]], damping=[[0.4]], contacts=[node], loads=loads)
 
 
-def slip_speed(law: Law, friction: float, pressed: float) -> float:
+def slip_speed(law: FrictionLaw, friction: float, pressed: float) -> float:
     """Return the slip speed at which a law has a friction force, of its sign; 0 where the force holds."""
     excess = abs(friction) / pressed - law.coefficient(0.0)
     if excess <= 0.0:
@@ -188,7 +188,7 @@ def test_normal_force_of_a_spring_agrees_with_an_integrator():
     assert abs(run.balance().residual) < 1e-12
 
 
-def boundary(laws: list[Law | float]) -> ss.Scene:
+def boundary(laws: list[FrictionLaw | float]) -> ss.Scene:
     """Return two masses, each tied to a dof without mass on a belt; springs tie these to each other."""
     stiffness = np.array(
         [
@@ -312,7 +312,7 @@ def test_what_counts_as_rest_has_no_later_event(law):
 PRESSING = 900.0
 
 
-def bouncing(law: Law | float, speed: float, spring: float) -> ss.Scene:
+def bouncing(law: FrictionLaw | float, speed: float, spring: float) -> ss.Scene:
     """Return two coupled dofs whose compliant contact opens and closes."""
     given = {"tangential": 0, "normal": 1, "normal_stiffness": PRESSING, "tangential_stiffness": spring}
     contact = ss.Contact(**given, friction=law, slider_speed=speed)

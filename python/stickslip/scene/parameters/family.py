@@ -28,7 +28,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
+from stickslip.scene.contact import LAW, OF_LAW, SPRINGS, core_contact, nearest
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.parameters.numbers import (
@@ -339,6 +339,13 @@ class Family:
                 name: one for name, one in self._parts.items() if (one.place is None) == (one.places == 1)
             }
             values = {name: self._values(slot)[0] for name, slot in slots.items()}
+            laws = {name for name, one in values.items() if isinstance(one, FrictionLaw)}
+            of_laws = {
+                name: value
+                for name, value in scene_numbers(self.template, ("friction",)).items()
+                if name.startswith(OF_LAW) and name not in self._parts
+            }
+            values = {name: one for name, one in values.items() if name not in laws} | of_laws
             return {name: float(one) if _is_number(one) else None for name, one in values.items()}
         found: dict[str, float | None] = {}
         for keyword in self.keywords:
