@@ -339,3 +339,10 @@ def test_steady_sliding_of_a_formula_is_that_of_the_law_built_in():
     (hopf,), (expected,) = (ss.critical_points(scene, speeds) for scene in (own, built))
     assert hopf.value == pytest.approx(expected.value, rel=1e-12)
     assert hopf.kind == expected.kind
+
+
+def test_a_formula_is_finite_at_the_speed_of_its_slider():
+    with pytest.raises(
+        ss.InputError, match=r"contact 0: friction: must be finite at the slider speed -0\.5 m/s"
+    ):
+        belt(Law("0.3 + 0.01 / (1 - 2 * s)"), slider_speed=-0.5)

@@ -218,13 +218,17 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
         )
     # The core takes the law at rest beside the law.
     friction = real_number(f"{place}: friction", contact.friction if law is None else law.coefficient(0.0))
-    static = contact.static_friction
+    static, speed = contact.static_friction, real_number(f"{place}: slider_speed", contact.slider_speed)
+    if law is not None and np.isfinite(speed) and not np.isfinite(steady := law.coefficient(abs(speed))):
+        raise InputError(
+            f"{place}: friction: must be finite at the slider speed {speed:g} m/s, got {steady:g}"
+        )
     return (
         None if contact.tangential is None else _direction(f"{place}: tangential", contact.tangential, dofs),
         None if contact.normal is None else _direction(f"{place}: normal", contact.normal, dofs),
         friction,
         friction if static is None else real_number(f"{place}: static_friction", static),
-        real_number(f"{place}: slider_speed", contact.slider_speed),
+        speed,
         real_number(f"{place}: restitution", contact.restitution),
         real_number(f"{place}: gap", contact.gap),
         0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
