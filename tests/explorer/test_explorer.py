@@ -308,6 +308,23 @@ def test_every_parameter_has_a_slider():
     assert "friction" not in joint(family, known)
 
 
+def test_numbers_of_formulas_have_sliders_in_scenes_and_models():
+    law = ss.friction.Law("level + rise * exp(-s / scale)", level=0.3, rise=-2e-4, scale=0.1)
+    scene = ss.models.two_subsystems(friction=[law, 0.4])
+    for model in (scene, partial(ss.models.two_subsystems, friction=[law, 0.4])):
+        known = knobs(Family(model))
+        named = {name: knob for name, knob in known.items() if name.startswith("friction")}
+        assert {name: knob.value for name, knob in named.items()} == {
+            "friction_level_0": 0.3,
+            "friction_rise_0": -2e-4,
+            "friction_scale_0": 0.1,
+            "friction_1": 0.4,
+        }
+        # A slider keeps the sign, for a formula may divide by its numbers.
+        assert (named["friction_rise_0"].low, named["friction_rise_0"].high) == (-8e-4, -8e-6)
+        assert named["friction_scale_0"].low > 0.0
+
+
 @pytest.mark.parametrize("friction", [0.3, ss.friction.Stribeck(0.5, 0.3, 0.1)], ids=["constant", "law"])
 @pytest.mark.parametrize("speed", [0.1, -0.1])
 def test_maps_and_loci_over_the_ranges_of_sliders_are_those_of_scenes_that_exist(friction, speed):
