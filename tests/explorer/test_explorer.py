@@ -321,7 +321,7 @@ def test_numbers_of_formulas_have_sliders_in_scenes_and_models():
             "friction_1": 0.4,
         }
         # A slider keeps the sign, for a formula may divide by its numbers.
-        assert (named["friction_rise_0"].low, named["friction_rise_0"].high) == (-8e-4, -8e-6)
+        assert (named["friction_rise_0"].low, named["friction_rise_0"].high) == (4.0 * -2e-4, 0.04 * -2e-4)
         assert named["friction_scale_0"].low > 0.0
 
 

@@ -13,6 +13,7 @@ from scipy import stats
 import stickslip as ss
 from stickslip.scene.laws.expression import EVALUATED, Variable, joined, parsed, text
 from stickslip.scene.laws.operations import operations, values
+from stickslip.study.sample.fingerprint import fingerprint
 
 Law = ss.friction.Law
 SPEEDS = np.array([0.0, 1e-3, 0.07, 0.3, 2.0])
@@ -43,7 +44,10 @@ def test_a_function_and_its_text_are_the_same_law():
     assert hash(read) == hash(LAW)
     assert repr(LAW) == f"Law('{TEXT}', kinetic=0.3, rise=0.2, scale=0.1)"
     assert eval(repr(LAW)) == LAW
-    assert pickle.loads(pickle.dumps(LAW)) == LAW
+    copied = pickle.loads(pickle.dumps(LAW))
+    assert copied == LAW
+    # What identifies a study is the same in a process that has the law from another one.
+    assert fingerprint(copied) == fingerprint(LAW) == fingerprint(read) != fingerprint(LAW.replace(rise=0.1))
     assert ss.friction.Law(TEXT, scale=0.1, rise=0.2, kinetic=0.3) == LAW
     assert LAW.replace(rise=0.1) == Law(falling, rise=0.1) != LAW
     assert LAW.parameters() == NUMBERS
@@ -215,7 +219,7 @@ NO_SIGN = r"is none of \+ - \* / \*\* and exp, log, sqrt, tanh"
         (lambda s, exp=1.0: s * exp, "friction: 'exp' cannot name a number of a formula"),
         (lambda v, s=1.0: v * s, "friction: 's' cannot name a number"),
         (lambda s, formula=1.0: s * formula, "friction: 'formula' cannot name a number"),
-        (lambda s, v_1=1.0: s * v_1, "friction: v_1: would be v of contact 1; name the number v1"),
+        (lambda s, v_1=1.0: s * v_1, "friction: v_1: _1 at the end stands for one contact; call it v1"),
         (lambda s, unread=1.0: 1 + s, "friction: unread: is no number of the formula '1 .* s'"),
         (lambda s: squared(s, 100), "friction: expected a formula of at most 200 operations, got 255"),
         (0.3, "friction: formula: expected a function or a text, got 0.3"),

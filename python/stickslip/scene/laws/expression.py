@@ -191,7 +191,7 @@ def check_names(variable: Variable, numbers: Mapping[str, Any], tree: Tree, take
         if not name.isidentifier() or keyword.iskeyword(name) or name in (*taken, *FUNCTIONS, variable.name):
             variable.refuse(f"{described(name)} cannot name a number of a formula")
         if stem and label.isdecimal():
-            variable.refuse(f"{name}: would be {stem} of contact {label}; name the number {stem}{label}")
+            variable.refuse(f"{name}: _{label} at the end stands for one contact; call it {stem}{label}")
     told = text(variable, tree)
     for name in names(tree):
         if name not in numbers:
