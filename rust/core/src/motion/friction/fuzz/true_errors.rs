@@ -101,8 +101,10 @@ fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<Doubled>) {
                 sum(&|i| weight(i).by(of(a, i)).by(here(k - i)), 1).over(order).over(of(a, 0))
             }
             Operation::Tangent(a) if k == 0 => {
-                let power = exp(of(a, 0).times(2.0));
-                power.add((-1.0).into()).over(power.add(1.0.into()))
+                let sign = f64::signum(of(a, 0).value());
+                let power = exp(of(a, 0).times(-2.0 * sign));
+                let one = Doubled::from(1.0);
+                one.add(minus(power)).over(one.add(power)).times(sign)
             }
             Operation::Tangent(a) => {
                 let square = |i: usize| inner[i * n + place + 1];
