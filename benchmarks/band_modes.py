@@ -102,8 +102,7 @@ def measured(scene: ss.Scene, highest: float) -> tuple[list[str], ss.Modes]:
 
 def accuracy(modes: ss.Modes, highest: float) -> list[str]:
     """Return size, modes compared, largest residual, condition, and error in units of its bound."""
-    upper = modes.eigenvalues.imag > 0.0
-    found, condition = modes.eigenvalues[upper], modes.condition[upper]
+    found, condition = modes.eigenvalues, modes.condition
     expected = reference_eigenvalues(modes.mass, modes.damping, modes.stiffness, highest)
     expected = expected[(np.abs(expected) <= 2.0 * np.pi * highest) & (expected.real >= LOWEST_GROWTH)]
     nearest = expected[np.abs(found[:, None] - expected).argmin(axis=1)]
@@ -147,8 +146,7 @@ def main() -> None:
 
 def projections(scene: ss.Scene, modes: ss.Modes) -> list[list[str]]:
     """Return how far growth rates of projected pencils are from those of the band."""
-    exact = modes.eigenvalues[modes.eigenvalues.imag > 0.0]
-    grows = modes.unstable[modes.eigenvalues.imag > 0.0]
+    exact, grows = modes.eigenvalues, modes.unstable
     stiffness = scene.stiffness + 0.5 * (scene.circulatory + scene.circulatory.T)
     _, shapes = LowestModes(stiffness, scipy.sparse.diags_array(scene.mass), 0.0)(max(PROJECTIONS))
     rows = []

@@ -81,7 +81,7 @@ def norms(modes: ss.Modes, scene: ss.Scene) -> tuple[np.ndarray, float]:
 
     With proportional damping `k |S| / |kappa|` of the mass-normalised stiffness S would be the looser bound.
     """
-    m = modes.eigenvalues.size // 2
+    m = modes.mass.shape[0]
     reduced = ss.equations_of(scene, modes.combination)
     root = np.sqrt(np.diag(reduced.mass))
     stiffness = reduced.stiffness / np.outer(root, root)

@@ -74,8 +74,7 @@ def attractor(friction: Decimal, slider_speed: Decimal) -> tuple[Trajectory, Cyc
 
 def frequencies(scene: Scene, combination: str) -> Real:
     """Return one frequency per conjugate pair or real eigenvalue, ascending, Hz."""
-    modes = complex_modes(scene, combination)
-    return modes.frequencies[modes.eigenvalues.imag >= 0.0]
+    return complex_modes(scene, combination).frequencies
 
 
 def critical_frictions() -> tuple[float, float, float]:

@@ -86,9 +86,9 @@ def figure_2() -> Figure:
     modes = complex_modes(two_subsystems(friction=0.0))
     figure = _sized(90.0)
     panels = figure.subplots(3, 2, sharex=True, sharey=True)
-    for axes, mode in zip(panels.ravel(), np.flatnonzero(modes.eigenvalues.imag > 0.0), strict=True):
-        modes.plot.shape(int(mode), ax=axes)
-        axes.set_title(f"{modes.frequencies[mode]:.2f} Hz", fontsize="medium")
+    for axes, mode in zip(panels.ravel(), modes, strict=True):
+        modes.plot.shape(mode.number, ax=axes)
+        axes.set_title(f"{mode.frequency:.2f} Hz", fontsize="medium")
     panels[0, 0].set_ylim(-1.15, 1.15)
     figure.supylabel("displacement, largest = 1", fontsize=7.0)
     return figure

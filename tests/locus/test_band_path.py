@@ -22,7 +22,7 @@ def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
     assert np.abs(swept.attrs["missing"]).max() < 0.01
     assert list(swept.attrs["doubts"]) == []
     for k, value in enumerate(values):
-        modes = ss.complex_modes(block.replace(friction=value), "++++++")
+        modes = ss.complex_modes(block.replace(friction=value), "++++++").with_conjugates
         expected = modes.eigenvalues[modes.frequencies <= BAND[1]]
         found = swept["eigenvalue"].values[k]
         found = found[np.abs(found) <= 2.0 * np.pi * BAND[1]]
@@ -93,11 +93,10 @@ def test_verdicts_on_a_band_are_those_of_its_modes(block):
     np.testing.assert_allclose(found.normal_force, every.normal_force, rtol=1e-8)
     for k, value in enumerate(values):
         modes = ss.complex_modes(block.replace(friction=value), "++++++", band=BAND)
-        upper = modes.eigenvalues.imag >= 0.0
-        worst = np.argmax(np.where(upper, modes.eigenvalues.real, -np.inf))
+        worst = np.argmax(modes.eigenvalues.real)
         error = abs(found.eigenvalue.values[k] - modes.eigenvalues[worst])
         assert error <= 1e-9 * modes.condition[worst] * abs(modes.eigenvalues[worst])
-        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable & upper)
+        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable)
     with pytest.raises(ss.InputError, match="band: of a large scene expected samples of one parameter"):
         ss.stability(
             block, {"friction": values, "slider_speed": values + 1.0}, combination="++++++", band=BAND
@@ -115,7 +114,7 @@ def test_verdicts_on_a_band_of_few_dofs():
         modes = ss.complex_modes(scene.replace(friction=value), "++", band=band)
         worst = modes.eigenvalues[np.argmax(modes.eigenvalues.real)]
         assert found.eigenvalue.values[k].real == worst.real
-        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable) // 2
+        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable)
     # Nothing oscillates at some kHz.
     nothing = ss.stability(scene, {"friction": values}, combination="++", band=(3e3, 5e3))
     assert np.isnan(nothing.growth_rate).all()
@@ -138,7 +137,7 @@ def test_sensitivities_of_a_band_are_those_of_all_modes(block):
         part = ss.sensitivity(what, values, combination="++++++", band=BAND)
         inside = np.abs(every.eigenvalue.to_numpy()) <= 2.0 * np.pi * BAND[1]
         expected = every.sel(mode=inside)
-        assert part.sizes["mode"] == expected.sizes["mode"] > 10
+        assert part.sizes["mode"] == expected.sizes["mode"] > 5
         assert bool(part.defined.all())
         one, other = part.derivative.to_numpy(), expected.derivative.to_numpy()
         scale = np.abs(other).max(axis=1, keepdims=True)

@@ -184,7 +184,7 @@ def test_parameters_of_laws_have_names_everywhere():
         scene.replace(friction_static_1=0.7)
     swept = ss.sweep(scene, {"friction_speed_0": [0.05, 0.1]})
     assert swept.friction_speed_0.attrs["units"] == "m/s"
-    single = ss.complex_modes(scene).eigenvalues
+    single = ss.complex_modes(scene).with_conjugates.eigenvalues
     found = swept.eigenvalue.sel(friction_speed_0=0.1).values
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(single), rtol=1e-9)
     verdicts = ss.stability(scene, {"friction_static_0": [0.4, 0.5]})

@@ -75,12 +75,12 @@ def test_vectors_are_biorthogonal_and_residuals_those_of_the_stated_matrices(dis
 
 
 def test_near_points_are_their_nearest_eigenvalues(disc, every):
-    upper = every.eigenvalues[every.eigenvalues.imag >= 0.0]
+    upper = every.eigenvalues
     points = [2j * np.pi * 3000.0, -40.0 + 2j * np.pi * 7000.0]
     nearest = [np.argsort(np.abs(upper - point))[:7] for point in points]
     expected = upper[np.unique(np.concatenate(nearest))]
     modes = ss.complex_modes(disc, "", near=points, count=7)
-    found = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    found = modes.eigenvalues
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)
     assert modes.missing is None
     # The spectrum is mirrored, and so is what is near a point of the lower half plane.
@@ -90,9 +90,9 @@ def test_near_points_are_their_nearest_eigenvalues(disc, every):
 
 def test_near_the_real_axis_conjugates_are_not_counted_twice(disc, every):
     modes = ss.complex_modes(disc, "", near=500.0, count=5)
-    upper = every.eigenvalues[every.eigenvalues.imag >= 0.0]
+    upper = every.eigenvalues
     expected = upper[np.argsort(np.abs(upper - 500.0))[:5]]
-    found = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    found = modes.eigenvalues
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)
 
 
@@ -100,7 +100,7 @@ def test_a_shift_on_an_eigenvalue_is_moved_aside(disc, every):
     value = every.eigenvalues[6]
     for count in (1, 5):
         modes = ss.complex_modes(disc, "", near=value, count=count)
-        assert len(modes) == 2 * count
+        assert len(modes) == count
         assert abs(modes.eigenvalues - value).min() <= 1e-12 * abs(value)
 
 
@@ -109,7 +109,7 @@ def test_sliding_contacts_of_a_mesh():
     scene = quad_block(20, 10, 2)
     modes, every = ss.complex_modes(scene, band=(0.0, 60e3)), ss.complex_modes(scene)
     expected = every.eigenvalues[every.frequencies <= 60e3]
-    assert len(modes) == expected.size > 10
+    assert len(modes) == expected.size > 5
     assert np.all(np.abs(modes.eigenvalues - expected) <= 10.0 * modes.condition * EPS * np.abs(expected))
     assert abs(modes.missing) < 0.01
     assert np.array_equal(modes.combination, every.combination)
@@ -123,10 +123,10 @@ def test_scenes_of_few_dofs_take_a_part_of_all_modes():
     assert np.array_equal(part.eigenvalues, every.eigenvalues[wanted])
     assert part.missing == 0.0
     point = 2j * np.pi * 120.0
-    upper = every.eigenvalues[every.eigenvalues.imag > 0.0]
+    upper = every.eigenvalues
     near = ss.complex_modes(scene, near=point, count=1)
     assert near.eigenvalues[0] == upper[np.argmin(np.abs(upper - point))]
-    assert near.eigenvalues[1] == near.eigenvalues[0].conjugate()
+    assert len(near) == 1
 
 
 def test_withheld_eigenvalues_are_counted(disc):
@@ -145,7 +145,7 @@ def test_withheld_eigenvalues_are_counted(disc):
 
 def test_more_pairs_than_first_asked_for_are_found_within_a_radius(disc, every, monkeypatch):
     """However few the first search takes: the number of the next ones follows from their distances."""
-    upper = every.eigenvalues[every.eigenvalues.imag > 0.0]
+    upper = every.eigenvalues
     shift, radius = 4e4j, 2e4
     # An eigenvalue on the border may be found or not.
     expected = upper[np.abs(upper - shift) <= radius * (1.0 - 1e-9)]
@@ -189,7 +189,7 @@ def test_a_mode_just_outside_a_bound_is_told(n, side):
     k = 9
     frequency = np.sin((2 * k - 1) * np.pi / (4 * n + 2)) / np.pi
     modes = ss.complex_modes(scene, "", band=(0.0, frequency * (1.0 + side * 8.0 * EPS)))
-    assert len(modes) == 2 * (k if side > 0 else k - 1)
+    assert len(modes) == (k if side > 0 else k - 1)
     (doubt,) = modes.doubts
     assert ("left out" in doubt) == (side < 0)
 
@@ -210,9 +210,8 @@ def test_rigid_body_motions_are_counted(bodies, damping):
     loss = mass + beta * squares[:21]
     roots = np.sqrt(0.25 * loss**2 - squares[:21] + 0j)
     expected = np.concatenate([-0.5 * loss + roots, -0.5 * loss - roots])
-    modes = ss.complex_modes(
-        ss.Scene(np.ones(n * bodies), stiffness.tocsr(), damping=damping), "", band=(0.0, top)
-    )
+    scene = ss.Scene(np.ones(n * bodies), stiffness.tocsr(), damping=damping)
+    modes = ss.complex_modes(scene, "", band=(0.0, top)).with_conjugates
     assert len(modes) == 42
     assert modes.doubts == ()
     assert abs(modes.missing) < 0.01
@@ -299,8 +298,8 @@ def test_disc_of_5000_dofs():
     reference = reference_eigenvalues(modes.mass, modes.damping, modes.stiffness, band[1])
     wanted = (np.abs(reference) <= 2.0 * np.pi * band[1]) & (reference.real >= bound)
     expected = reference[wanted]
-    found = modes.eigenvalues[modes.eigenvalues.imag > 0.0]
-    condition = modes.condition[modes.eigenvalues.imag > 0.0]
+    found = modes.eigenvalues
+    condition = modes.condition
     assert found.size == expected.size > 10
     expected = expected[np.argsort(np.abs(expected))]
     assert np.all(np.abs(found - expected) <= 10.0 * condition * EPS * np.abs(expected))

@@ -62,7 +62,7 @@ def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
     figure = modes.plot.shapes()
     titles = [axes.get_title() for axes in figure.axes]
-    assert titles[:2] == ["mode 0: 91.56 Hz", "mode 2: 112.20 Hz"]
+    assert titles[:2] == ["mode 0: 91.56 Hz", "mode 1: 112.20 Hz"]
     heights = [bar.get_height() for bar in figure.axes[0].patches]
     assert np.abs(heights).max() == pytest.approx(1.0)
     assert np.abs(heights) == pytest.approx(np.abs(modes.shapes[:, 0]), abs=1e-15)
@@ -80,11 +80,10 @@ def test_shapes_of_a_long_chain_are_few():
     link = ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
     chain = ss.models.chain([part] * 10, [link] * 9, wall_stiffness=1.8e6, friction=0.4, slider_speed=0.025)
     modes = ss.complex_modes(chain)
-    upper = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
     figure = modes.plot.shapes()
     numbers = [int(axes.get_title().split()[1].rstrip(":")) for axes in figure.axes]
-    assert len(numbers) == MOST < upper.size
-    others = np.setdiff1d(upper, numbers)
+    assert len(numbers) == MOST < len(modes)
+    others = np.setdiff1d(np.arange(len(modes)), numbers)
     assert modes.eigenvalues.real[numbers].min() >= modes.eigenvalues.real[others].max()
     # One artist for all dofs, with as many lines as there are dofs.
     assert not figure.axes[0].patches
@@ -149,8 +148,8 @@ def test_hostile_input():
     modes = ss.complex_modes(ss.models.two_subsystems())
     with pytest.raises(ss.InputError, match="masses: expected the two dofs of at least one mass"):
         modes.plot.orbits(0, {})
-    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
-        modes.plot.animate(12)
+    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.5, got 6"):
+        modes.plot.animate(6)
     with pytest.raises(ss.InputError, match="figure: expected a figure of matplotlib, got 5"):
         modes.plot.shapes([0], figure=5)
     grid = ss.sweep(ss.models.two_subsystems(), {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]})

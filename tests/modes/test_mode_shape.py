@@ -50,7 +50,7 @@ def test_an_orbit_is_the_motion_of_the_mode():
 def test_phase_lags_are_those_of_the_orbit():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     lags = modes.phase_lag("x1", "x2")
-    for mode in np.flatnonzero(modes.eigenvalues.imag > 0):
+    for mode in range(len(modes)):
         turned = modes.shapes[0, mode] * np.exp(-1j * lags[mode]) / modes.shapes[1, mode]
         assert turned.imag == pytest.approx(0.0, abs=1e-12 * abs(turned))
         assert turned.real > 0.0
@@ -65,8 +65,8 @@ def test_without_friction_orbits_are_straight():
 
 def test_hostile_input():
     modes = ss.complex_modes(ss.models.two_subsystems())
-    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
-        modes.orbit(12)
+    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.5, got 6"):
+        modes.orbit(6)
     with pytest.raises(ss.InputError, match="dofs: unknown dof 'y1'"):
         modes.orbit(0, ("y1",))
     with pytest.raises(ss.InputError, match="periods > 0"):

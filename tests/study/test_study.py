@@ -852,7 +852,7 @@ def test_moments_to_first_order_are_those_of_monte_carlo() -> None:
         sampler="sobol",
     )
     moments = eigenvalue_moments(study)
-    values = study.run().eigenvalues.to_numpy()
+    values = study.run().eigenvalues.to_numpy()[:, ::2]
     assert moments.eigenvalue.to_numpy() == pytest.approx(values.mean(axis=0), rel=1e-3)
     assert moments.growth_deviation.to_numpy() == pytest.approx(values.real.std(axis=0), rel=0.02)
     frequency = np.abs(values).std(axis=0) / (2.0 * np.pi)

@@ -240,18 +240,15 @@ class Cycle(Shown):
         -------
         xarray.Dataset
             ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, ``growth_rate`` (phase, pair), 1/s, and
-            ``unstable`` (phase, pair), see `Modes.unstable`, one of each conjugate pair, nan and False beyond
+            ``unstable`` (phase, pair), see `Modes.unstable`, nan and False beyond
             the modes of a combination; coordinate ``combination`` (phase).
         """
-        upper = {name: np.flatnonzero(modes.eigenvalues.imag >= 0.0) for name, modes in self.modes.items()}
-        width = max((chosen.size for chosen in upper.values()), default=0)
+        width = max(map(len, self.modes.values()), default=0)
         rows = np.full((len(self.combinations), width), complex(np.nan, np.nan))
         unstable = np.zeros(rows.shape, dtype=bool)
         for k, name in enumerate(self.combinations):
-            if name in upper:
-                chosen = upper[name]
-                rows[k, : chosen.size] = self.modes[name].eigenvalues[chosen]
-                unstable[k, : chosen.size] = self.modes[name].unstable[chosen]
+            if (modes := self.modes.get(name)) is not None:
+                rows[k, : len(modes)], unstable[k, : len(modes)] = modes.eigenvalues, modes.unstable
         return xr.Dataset(
             {
                 "duration": ("phase", self.durations, {"units": "s"}),
@@ -415,7 +412,7 @@ class Cycle(Shown):
         for phase in self.phases:
             if phase.duration > 0.0:
                 modes = self.modes.get(phase.combination)
-                lines = () if modes is None else modes.frequencies[modes.eigenvalues.imag >= 0.0]
+                lines = () if modes is None else modes.frequencies
                 shown = " ".join(f"{line:.2f}" for line in lines[:LINES]) + (
                     " ..." if len(lines) > LINES else ""
                 )

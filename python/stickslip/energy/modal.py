@@ -124,11 +124,10 @@ class Deviations:
         """Return the modes of a combination and the projections on them."""
         structure = Structure.dense(scene)
         modes, reduced = complex_modes(scene, combination), equations_of(scene, combination)
-        upper = modes.eigenvalues.imag >= 0.0
         free = reduced.mass.shape[0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            left = (modes.left / modes.a).T[upper]
-            rate = modes.eigenvalues[upper, None]
+            left = (modes.left / modes.a).T
+            rate = modes.eigenvalues[:, None]
             inverse = 1.0 / rate
             prescribed, velocity = _prescribed(scene, structure, combination)
             coordinates = np.linalg.pinv(reduced.right_basis) @ (np.eye(scene.size) - prescribed)
@@ -144,9 +143,9 @@ class Deviations:
                 scene,
                 structure,
                 combination,
-                modes.shapes[:, upper],
-                modes.eigenvalues[upper],
-                mode_friction(structure, scene, modes)[:, upper],
+                modes.shapes,
+                modes.eigenvalues,
+                mode_friction(structure, scene, modes),
                 momentum[:, :free] @ coordinates - inverse * (load @ structure.stiffness @ prescribed),
                 momentum[:, free:] @ coordinates,
                 inverse[:, 0] * (constant + inverse[:, 0] * change),

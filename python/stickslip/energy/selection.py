@@ -149,7 +149,7 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
         raise InputError(f"amplitudes: must be positive and finite, got {given}")
     equilibrium = steady_sliding(scene)
     modes = complex_modes(scene, equilibrium.combination)
-    chosen = np.flatnonzero((modes.eigenvalues.imag > 0.0) & modes.unstable)
+    chosen = np.flatnonzero((modes.eigenvalues.imag != 0.0) & modes.unstable)
     if chosen.size == 0:
         raise InputError("scene: steady sliding has no oscillating unstable mode")
     kicks = [

@@ -16,7 +16,7 @@ from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import shown_growth
 
 #: Eigenvalues beyond which loci are left out: every value is an eigenproblem.
-LARGE = 120
+LARGE = 60
 #: Computing time of a map at most, s: meanwhile nothing else is computed.
 LONGEST = 5.0
 
@@ -30,7 +30,7 @@ def loci(wanted: Wanted) -> dict[str, Any]:
     name, low, high = wanted.axis("x")
     count = wanted.whole("count", VALUES)
     model = wanted.explored.family.given
-    if 2 * wanted.explored.scene.size > LARGE:
+    if wanted.explored.scene.size > LARGE:
         return {"error": f"Root loci are left out for {wanted.explored.scene.size} dofs."}
     fixed = wanted.fixed(name)
     try:

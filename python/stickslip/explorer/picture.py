@@ -89,17 +89,16 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
 
 
 def _modes(modes: Modes) -> dict[str, Any]:
-    upper = modes.eigenvalues.imag >= 0.0
     return {
         "combination": modes.combination,
-        "growth": shown_growth(modes.eigenvalues.real, modes.unstable)[upper].tolist(),
-        "frequency": modes.frequencies[upper].tolist(),
-        "unstable": modes.unstable[upper].tolist(),
+        "growth": shown_growth(modes.eigenvalues.real, modes.unstable).tolist(),
+        "frequency": modes.frequencies.tolist(),
+        "unstable": modes.unstable.tolist(),
     }
 
 
 def _stability(scene: Scene, modes: Modes) -> str:
-    unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag >= 0.0))
+    unstable = np.flatnonzero(modes.unstable)
     labels = scene.contact_labels()
     opened = [str(label) for label, status in zip(labels, modes.combination, strict=True) if status == "d"]
     steady = f"Steady sliding with open contact{'s' * (len(opened) > 1)} {', '.join(opened)}"

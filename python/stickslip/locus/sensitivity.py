@@ -71,8 +71,9 @@ def sensitivity(
     Returns
     -------
     xarray.Dataset
-        Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest
-        other eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``:
+        Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (for an
+        undefined eigenvalue the mode with the nearest other one, which may be its own conjugate, else the
+        mode itself); over ``parameter`` and ``mode``:
         ``derivative``, nan where it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and
         its partner, always finite but for bands of large scenes, where it is nan with the derivative. With
         `entries`, over ``mode``, ``row`` and ``column`` (dofs): ``entry_derivative``, nan where it is not
@@ -104,12 +105,13 @@ def sensitivity(
         changes = [
             _model_change(sliding, {**point, name: value}, name, basis) for name, value in centres.items()
         ]
-    partner, defined = _partners(modes)
+    partner, nearest = _partners(modes)
+    defined = is_defined(modes.condition)
     derivative = np.array([_derivative(modes, right, left, change) for change in changes], dtype=complex)
     derivative = derivative.reshape(len(names), modes.eigenvalues.size)
     means = derivative.copy()
     for mode in np.flatnonzero(~defined):
-        pair = modes.eigenvalues[[mode, partner[mode]]]
+        pair = np.array([modes.eigenvalues[mode], nearest[mode]])
         for row, change in zip(means, changes, strict=True):
             row[mode] = complex(np.nan, np.nan) if large else _mean_derivative(modes, change, pair)
     derivative[:, ~defined] = complex(np.nan, np.nan)
@@ -117,7 +119,7 @@ def sensitivity(
         {
             "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
             "defined": ("mode", defined),
-            "partner": ("mode", partner),
+            "partner": ("mode", np.where(defined, np.arange(len(modes)), partner)),
             "derivative": (("parameter", "mode"), derivative, {"units": "1/s per unit"}),
             "mean_derivative": (("parameter", "mode"), means, {"units": "1/s per unit"}),
         },
@@ -257,12 +259,14 @@ def is_defined(condition: Real) -> Any:
 
 
 def _partners(modes: Modes) -> tuple[Any, Any]:
-    """Return the nearest other eigenvalue of every undefined one, and which are defined."""
-    defined = is_defined(modes.condition)
-    distance = np.abs(modes.eigenvalues[:, None] - modes.eigenvalues[None, :])
-    np.fill_diagonal(distance, np.inf)
-    everyone = np.arange(defined.size)
-    return np.where(defined, everyone, distance.argmin(axis=1)), defined
+    """Return for every mode the number of the one whose eigenvalue or its conjugate is nearest, and that."""
+    value = modes.eigenvalues
+    # A pair that is about to meet on the real axis is its own neighbour.
+    both = np.stack([value, np.where(value.imag == 0.0, np.inf, value.conj())])
+    distance = np.abs(value[:, None, None] - both)
+    np.fill_diagonal(distance[:, 0], np.inf)
+    places = distance.reshape(value.size, -1).argmin(axis=1)
+    return places % value.size, both.ravel()[places]
 
 
 def _derivative(modes: Modes, right: Complex, left: Complex, change: Change) -> Complex:

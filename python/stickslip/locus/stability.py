@@ -132,7 +132,7 @@ def _band_verdicts(
         found, contacts = _verdicts(family, combination, names, rows)
         for k, point in enumerate(points):
             modes = complex_modes(family.scene(point), combination)
-            inside = np.flatnonzero(region.holds(modes.eigenvalues) & (modes.eigenvalues.imag >= 0.0))
+            inside = np.flatnonzero(region.holds(modes.eigenvalues))
             found["unstable_modes"][k] = np.count_nonzero(modes.unstable[inside])
             real = modes.eigenvalues.real[inside]
             found["eigenvalue"][k] = (

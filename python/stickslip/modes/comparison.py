@@ -10,19 +10,18 @@ import xarray as xr
 
 from stickslip.faults import InputError
 from stickslip.modes.computed import Computed
-from stickslip.scene.checks import Complex, Index
+from stickslip.scene.checks import Complex
 
 
 def mac(a: Computed, b: Computed) -> xr.DataArray:
     """Return what `Modes.mac` does."""
     dofs = _shared(a, b)
-    (rows, first), (columns, second) = (_upper(modes, dofs) for modes in (a, b))
-    with np.errstate(invalid="ignore"):
-        alike = np.abs(_unit(first).conj().T @ _unit(second)) ** 2
+    first, second = (_unit(modes, dofs) for modes in (a, b))
+    alike = np.abs(first.conj().T @ second) ** 2
     return xr.DataArray(
         alike,
         dims=("first", "second"),
-        coords={"first": rows, "second": columns},
+        coords={"first": np.arange(first.shape[1]), "second": np.arange(second.shape[1])},
         name="mac",
         attrs={"units": "1", "long_name": "modal assurance criterion"},
     )
@@ -58,12 +57,9 @@ def _shared(a: Computed, b: Computed) -> list[str]:
     return found
 
 
-def _upper(modes: Computed, dofs: list[str]) -> tuple[Index, Complex]:
-    """Return the numbers of one mode of each pair, and their displacements of some dofs."""
+def _unit(modes: Computed, dofs: list[str]) -> Complex:
+    """Return the displacements of some dofs in every mode, of length 1; nan where none of them moves."""
     place = {dof: k for k, dof in enumerate(modes.dofs)}
-    numbers = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    return numbers, modes.shapes[np.array([place[dof] for dof in dofs])][:, numbers]
-
-
-def _unit(shapes: Complex) -> Complex:
-    return cast(Complex, shapes / np.linalg.norm(shapes, axis=0))
+    shapes = modes.shapes[[place[dof] for dof in dofs]]
+    with np.errstate(invalid="ignore"):
+        return cast(Complex, shapes / np.linalg.norm(shapes, axis=0))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +15,7 @@ from stickslip.modes.sparse.region import Region
 from stickslip.modes.sparse.search import MARGIN, Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.modes.transverse import with_transverse_friction
-from stickslip.scene.checks import Complex, real_array, whole_number
+from stickslip.scene.checks import Complex, Index, real_array, whole_number
 from stickslip.scene.contact import EntriesLike
 from stickslip.scene.scene import Scene, checked_combination
 
@@ -54,8 +53,7 @@ def complex_modes(
     near
         One or several points of the plane of eigenvalues, 1/s: the result has the modes nearest to each.
     count
-        With `near`: number of eigenvalues at each point, where a conjugate pair counts as one. The result
-        has the conjugates as well.
+        With `near`: number of modes at each point.
     transverse
         Directions b across the sliding in which friction damps: one per contact, by dof such as ``{"12.2":
         1.0}`` or as a vector (n,), or None; `stickslip.fe.Pairs.transverse` has those of a mesh. A contact
@@ -104,16 +102,14 @@ def complex_modes(
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)
     if near is None and region is None:
-        return Modes(combination=chosen, dofs=scene.dofs, scene=scene, **scene.core.modes(chosen))
+        return _all_modes(scene, chosen)
     matrices = scene.core.sparse_pencil(chosen)
     size = matrices[0][2].size - 1
     if size <= FEW:
-        modes = Modes(combination=chosen, dofs=scene.dofs, scene=scene, **scene.core.modes(chosen))
-        upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
+        modes = _all_modes(scene, chosen)
         if region is not None:
             return _bordered(modes, region)
-        wanted = np.isin(np.arange(len(modes)), _nearest(upper, points, count))
-        return _part(modes, wanted | np.roll(wanted & (modes.eigenvalues.imag > 0.0), 1))
+        return modes[_nearest(modes.eigenvalues, points, count)]
     pencil = SparsePencil.of_matrices(*map(sparse_array, matrices))
     if region is not None:
         return _bordered(band_modes(scene, chosen, pencil, region), region)
@@ -131,6 +127,11 @@ def complex_modes(
         asked *= 2
     modes = judged(scene, chosen, pencil, merged.kept(_nearest(merged.eigenvalues, points, count)))
     return dataclasses.replace(modes, missing=None)
+
+
+def _all_modes(scene: Scene, combination: str) -> Modes:
+    every = Modes(combination=combination, dofs=scene.dofs, scene=scene, **scene.core.modes(combination))
+    return every[every.eigenvalues.imag >= 0.0]
 
 
 def region_of(band: Sequence[float], growth: Sequence[float | None]) -> Region:
@@ -185,48 +186,18 @@ def _points(near: ArrayLike) -> Complex:
     return upper
 
 
-def _nearest(values: Complex, points: Complex, count: int) -> Any:
+def _nearest(values: Complex, points: Complex, count: int) -> Index:
     """Return the places of the `count` eigenvalues nearest to each point, ascending."""
     chosen = [np.argsort(np.abs(values - point), kind="stable")[:count] for point in points]
-    places = np.unique(np.concatenate(chosen))
-    return places[np.isfinite(values[places])]
-
-
-def _part(modes: Modes, wanted: Any) -> Modes:
-    """Return some of all modes."""
-    columns = {
-        name: getattr(modes, name)[..., wanted]
-        for name in (
-            "eigenvalues",
-            "right_displacement",
-            "left_displacement",
-            "a",
-            "b",
-            "shapes",
-            "condition",
-            "defective",
-            "residual",
-            "rounding",
-        )
-    }
-    return dataclasses.replace(modes, **columns)
+    return np.unique(np.concatenate(chosen))
 
 
 def judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -> Modes:
-    """Return the modes of pairs of the upper half plane, each followed by its conjugate."""
+    """Return the modes of pairs of the upper half plane."""
     right, left = (np.ascontiguousarray(pencil.unscaled(vectors).T) for vectors in (found.right, found.left))
     parts = scene.core.judged_pairs(combination, found.eigenvalues, right, left)
-    values = parts["eigenvalues"]
-    order = np.argsort(np.abs(values), kind="stable")
-    places = [(k, turned) for k in order for turned in (False, True) if not turned or values[k].imag != 0.0]
-    source = np.array([k for k, _ in places], dtype=int)
-    conjugate = np.array([turned for _, turned in places], dtype=bool)
-
-    def mirrored(array: Any) -> Any:
-        columns = array[..., source]
-        return np.where(conjugate, columns.conj(), columns) if np.iscomplexobj(array) else columns
-
-    columns = {name: mirrored(array) for name, array in parts.items()}
+    order = np.argsort(np.abs(parts["eigenvalues"]), kind="stable")
+    columns = {name: array[..., order] for name, array in parts.items()}
     undefined = columns["defective"]
     columns["a"][undefined] = np.nan
     columns["left_displacement"][:, undefined] = np.nan
@@ -246,8 +217,7 @@ def judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -
 def _bordered(modes: Modes, region: Region) -> Modes:
     """Return the modes in a region, with the doubt on which side of a bound some lie within rounding."""
     inside = region.holds(modes.eigenvalues)
-    upper = modes.eigenvalues.imag >= 0.0
-    near = upper & (region.border(modes.eigenvalues) <= _BORDER * modes.rounding)
+    near = region.border(modes.eigenvalues) <= _BORDER * modes.rounding
     # Left out or not, and the number of those in the region.
     number = np.cumsum(inside) - 1
     doubts = tuple(
@@ -256,4 +226,4 @@ def _bordered(modes: Modes, region: Region) -> Modes:
         "bound within rounding"
         for k in np.flatnonzero(near)
     )
-    return dataclasses.replace(_part(modes, inside), doubts=modes.doubts + doubts)
+    return dataclasses.replace(modes[inside], doubts=modes.doubts + doubts)

@@ -33,7 +33,7 @@ class ModesPlots(Plots[Computed]):
     """Pictures of complex modes; unstable ones are red. A mode is named by its number."""
 
     def __call__(self, *, ax: Axes | None = None) -> Axes:
-        """Draw frequency over growth rate, one eigenvalue of each conjugate pair; return the Axes.
+        """Draw frequency over growth rate; return the Axes.
 
         Parameters
         ----------
@@ -43,7 +43,7 @@ class ModesPlots(Plots[Computed]):
         modes, axes = self._result, axes_of(ax)
         growth = modes.eigenvalues.real
         for grows, marker, label in ((False, "o", "stable"), (True, "^", "unstable")):
-            chosen = np.flatnonzero((modes.eigenvalues.imag >= 0.0) & (modes.unstable == grows))
+            chosen = np.flatnonzero(modes.unstable == grows)
             colour = UNSTABLE if grows else STABLE
             axes.plot(growth[chosen], modes.frequencies[chosen], marker, color=colour, label=label)
             for number in chosen[:LABELLED]:
@@ -64,7 +64,7 @@ class ModesPlots(Plots[Computed]):
         Parameters
         ----------
         number
-            Number of the mode, its place among all eigenvalues from 0 on.
+            Number of the mode.
         ax
             Where to draw; None: on axes of its own.
 
@@ -95,7 +95,7 @@ class ModesPlots(Plots[Computed]):
         Parameters
         ----------
         numbers
-            Numbers of the modes; None: one of each conjugate pair, at most the 9 with the largest growth.
+            Numbers of the modes; None: at most the 9 with the largest growth.
         figure
             Where to draw, with as many panels or none; None: in a new one.
 
@@ -105,12 +105,12 @@ class ModesPlots(Plots[Computed]):
             If there is no mode of a number, or no number.
         """
         modes = self._result
-        known = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
         chosen = [self._number(number, "numbers") for number in (() if numbers is None else numbers)]
         omitted = ""
         if numbers is None:
-            chosen = known[np.sort(np.argsort(-modes.eigenvalues[known].real, kind="stable")[:MOST])].tolist()
-            omitted = f": {MOST} of {known.size}, those with the largest growth" if known.size > MOST else ""
+            known = modes.eigenvalues.size
+            chosen = np.sort(np.argsort(-modes.eigenvalues.real, kind="stable")[:MOST]).tolist()
+            omitted = f": {MOST} of {known}, those with the largest growth" if known > MOST else ""
         elif not chosen:
             raise InputError("numbers: expected at least one mode, got none")
         columns = min(3, len(chosen))

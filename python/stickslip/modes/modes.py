@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 import scipy.sparse
@@ -46,11 +46,10 @@ class Modes(Shown):
 
     ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
     ``lambda A r = -B r``, left vectors l = (v, lambda v) with ``lambda l' A = -l' B`` (plain transpose). m
-    eigenvalues, sorted by modulus, the two of a conjugate pair adjacent, positive imaginary part first; real
-    ones occur. Each of the k free coordinates gives two of them, but slip without mass under a law of
-    friction gives one: its column of M_s is zero. The number of a mode is its place among them, from 0 on:
-    what tables and figures show, one of each pair, is what `modes[number]` and every function of a mode
-    takes.
+    modes, sorted by the modulus of lambda: of a conjugate pair the one whose imaginary part is positive, and
+    those with a real eigenvalue; `with_conjugates` has all eigenvalues. The number of a mode is its place
+    among them, from 0 on. Each of the k free coordinates gives a pair or two real eigenvalues, but slip
+    without mass under a law of friction gives one: its column of M_s is zero.
 
     Attributes
     ----------
@@ -107,6 +106,18 @@ class Modes(Shown):
     scene: Scene
     missing: float | None = 0.0
     doubts: tuple[str, ...] = ()
+
+    @cached_property
+    def with_conjugates(self) -> Modes:
+        """The same modes, each that oscillates followed by its conjugate: all eigenvalues of the pencil."""
+        if (self.eigenvalues.imag < 0.0).any():
+            return self
+        places = np.repeat(np.arange(len(self)), 1 + (self.eigenvalues.imag > 0.0))
+        second = np.diff(places, prepend=-1) == 0
+        both = self[places]
+        return replace(
+            both, **{name: np.where(second, array.conj(), array) for name, array in both._columns()}
+        )
 
     @cached_property
     def right(self) -> Complex:
@@ -167,7 +178,7 @@ class Modes(Shown):
     def __getitem__(
         self, number: int | slice | Sequence[int] | Sequence[bool] | Index | Flags
     ) -> Mode | Modes:
-        """Return one mode by its number, its place among the eigenvalues from 0 on, or several of them.
+        """Return one mode by its number, from 0 on, or several of them.
 
         ``modes[0:4]``, ``modes[[0, 2]]`` and ``modes[modes.unstable]`` are `Modes` again, whose numbers count
         from 0 on; `missing` and `doubts` remain those of the whole.
@@ -178,7 +189,8 @@ class Modes(Shown):
             If there is no mode of that number, or an array of truth values has another length.
         """
         if not isinstance(number, int | np.integer):
-            return self._part(np.arange(len(self))[number])
+            places = np.arange(len(self))[number]
+            return replace(self, **{name: array[..., places] for name, array in self._columns()})
         place = range(len(self))[number]
         return Mode(
             place,
@@ -190,12 +202,11 @@ class Modes(Shown):
             self.shapes[:, place],
         )
 
-    def _part(self, places: Index) -> Modes:
-        along_last = (
-            *("eigenvalues", "right_displacement", "left_displacement", "a", "b", "shapes"),
-            *("condition", "defective", "residual", "rounding"),
-        )
-        return replace(self, **{name: getattr(self, name)[..., places] for name in along_last})
+    def _columns(self) -> list[tuple[str, Any]]:
+        """Return the arrays that have an entry or a column for each mode."""
+        vectors = ("right_displacement", "left_displacement", "shapes")
+        numbers = ("eigenvalues", "a", "b", "condition", "defective", "residual", "rounding")
+        return [(name, getattr(self, name)) for name in (*vectors, *numbers)]
 
     def __iter__(self) -> Iterator[Mode]:
         return (self[number] for number in range(len(self)))
@@ -206,7 +217,7 @@ class Modes(Shown):
         unstable: bool | None = None,
         oscillating: bool | None = None,
     ) -> tuple[Mode, ...]:
-        """Return the modes that are wanted, one of each conjugate pair, in their order.
+        """Return the modes that are wanted, in their order.
 
         Parameters
         ----------
@@ -222,7 +233,7 @@ class Modes(Shown):
         InputError
             If `band` is not two numbers, the first not above the second.
         """
-        wanted = self.eigenvalues.imag >= 0.0
+        wanted = np.ones(len(self), dtype=bool)
         if band is not None:
             ends = real_array("band", band, 1)
             if ends.shape != (2,) or not ends[0] <= ends[1]:
@@ -256,8 +267,7 @@ class Modes(Shown):
         Returns
         -------
         xarray.DataArray
-            (first, second), one of each conjugate pair, by the numbers of the modes; nan where a mode does
-            not move these dofs.
+            (first, second), by the numbers of the modes; nan where a mode does not move these dofs.
 
         Raises
         ------
@@ -271,8 +281,8 @@ class Modes(Shown):
     def pairing(self, other: Modes) -> xr.Dataset:
         """Return which mode is which of another set: the pairs whose MAC values have the largest sum.
 
-        No mode is in two pairs; as many pairs are formed as the smaller set has modes, one of each conjugate
-        pair (Kuhn 1955, by `scipy.optimize.linear_sum_assignment`).
+        No mode is in two pairs; as many pairs are formed as the smaller set has modes (Kuhn 1955, by
+        `scipy.optimize.linear_sum_assignment`).
 
         Parameters
         ----------
@@ -389,7 +399,7 @@ class Modes(Shown):
         Returns
         -------
         xarray.Dataset
-            Over ``mode``, all m eigenvalues: ``eigenvalue`` 1/s, ``frequency`` Hz, ``damping_ratio``,
+            Over ``mode``: ``eigenvalue`` 1/s, ``frequency`` Hz, ``damping_ratio``,
             ``unstable``, ``condition``, ``defective``; ``shape`` (mode, dof), complex, its largest entry 1.
             The attribute ``combination``.
         """
@@ -432,20 +442,19 @@ class Modes(Shown):
         return f"{self.frequencies[mode]:.2f} Hz, {change}"
 
     def summary(self) -> Summary:
-        """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""
-        upper = np.flatnonzero(self.eigenvalues.imag >= 0.0)
+        """Return a table of frequencies, damping ratios and growth rates, a row for each mode."""
         rows = [
             (
                 str(k),
                 f"{self.frequencies[k]:.4f}",
                 signed(self.damping_ratios[k], 6),
                 signed(self.eigenvalues[k].real, 4),
-                self.remark(int(k)),
+                self.remark(k),
             )
-            for k in upper
+            for k in range(len(self))
         ]
         headings = ("mode", "frequency, Hz", "damping ratio", "growth rate, 1/s", "")
-        kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
+        kinds = ["unstable" if grows else "" for grows in self.unstable]
         facts = [("missing", "not known" if self.missing is None else f"{round(self.missing, 4) + 0.0:.4f}")]
         facts += [("doubt", doubt) for doubt in self.doubts]
         whole = self.missing == 0.0 and not self.doubts

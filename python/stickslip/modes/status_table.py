@@ -122,18 +122,17 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         chosen = list(combinations)
         if isinstance(combinations, str) or not chosen:
             raise InputError(f"combinations: expected a sequence of them, got {combinations!r}")
-    upper = []
+    rows = []
     for combination in chosen:
         try:
             modes = complex_modes(scene, combination)
         except NoSteadyStateError:
-            upper.append((np.zeros(0, dtype=complex), np.zeros(0, dtype=bool)))
+            rows.append((np.zeros(0, dtype=complex), np.zeros(0, dtype=bool)))
             continue
-        listed = modes.eigenvalues.imag >= 0.0
-        upper.append((modes.eigenvalues[listed], modes.unstable[listed]))
-    eigenvalue = np.full((len(chosen), max(len(values) for values, _ in upper)), complex(np.nan, np.nan))
+        rows.append((modes.eigenvalues, modes.unstable))
+    eigenvalue = np.full((len(chosen), max(len(values) for values, _ in rows)), complex(np.nan, np.nan))
     unstable = np.zeros(eigenvalue.shape, dtype=bool)
-    for row, (values, grows) in enumerate(upper):
+    for row, (values, grows) in enumerate(rows):
         eigenvalue[row, : values.size], unstable[row, : values.size] = values, grows
     modulus = np.abs(eigenvalue)
     with np.errstate(invalid="ignore"):

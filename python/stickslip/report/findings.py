@@ -33,7 +33,7 @@ from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
-VALUES, LARGE = 301, 120
+VALUES, LARGE = 301, 60
 #: Smallest and largest slider speed of the loci under laws of friction, over that of the scene.
 SPEEDS = (0.1, 2.0)
 #: Dofs beyond which energy is left out.
@@ -257,8 +257,8 @@ def _loci(
         reasons["loci"] = "no loci: the scene has no contact"
     elif frictions == {0.0}:
         reasons["loci"] = "no loci: friction is zero"
-    elif modes.eigenvalues.size > LARGE:
-        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.sweep"
+    elif len(modes) > LARGE:
+        reasons["loci"] = f"no loci: {len(modes)} modes; see stickslip.sweep"
     if "loci" in reasons:
         return "", None, []
     if scene.core.has_friction_laws:

@@ -173,7 +173,7 @@ def verdict(found: Findings) -> str:
         first = f"There is no steady sliding: {found.reasons['equilibrium']}."
     else:
         modes = found.modes
-        unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag >= 0.0))
+        unstable = np.flatnonzero(modes.unstable)
         if unstable.size:
             shown = ", ".join(
                 f"{number(modes.frequencies[k], 5)} Hz growing at {number(modes.eigenvalues[k].real, 4)} 1/s"

@@ -159,7 +159,6 @@ def equilibrium_section(found: Findings) -> Markup:
 def modes_section(found: Findings) -> Markup:
     """Return the complex modes: table, powers, and shapes in motion."""
     modes, scene = found.modes, found.scene
-    chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
     labels = scene.contact_labels()
     try:
         power = modes.power()
@@ -174,7 +173,7 @@ def modes_section(found: Findings) -> Markup:
             "alone would make that energy grow."
         )
     rows = []
-    for k in chosen:
+    for k in range(len(modes)):
         rows.append(
             [
                 str(k),
@@ -183,7 +182,7 @@ def modes_section(found: Findings) -> Markup:
                 float(modes.damping_ratios[k]),
                 float(modes.condition[k]),
                 *(float(share) for share in shares[:, k]),
-                _verdict(modes, int(k)),
+                _verdict(modes, k),
             ]
         )
     listed = table(
@@ -198,19 +197,18 @@ def modes_section(found: Findings) -> Markup:
             "verdict",
         ],
         rows,
-        row_kinds=["unstable" if modes.unstable[k] else "" for k in chosen],
+        row_kinds=["unstable" if grows else "" for grows in modes.unstable],
     )
     # Unstable ones first, then from the lowest frequency.
-    shown = sorted(sorted(range(chosen.size), key=lambda p: (not modes.unstable[chosen[p]], p))[:DRAWN])
+    shown = sorted(sorted(range(len(modes)), key=lambda k: (not modes.unstable[k], k))[:DRAWN])
     cards, structure = [], schematic(scene, found.known.columns)
-    for p in shown:
-        k = chosen[p]
+    for k in shown:
         verdict = "unstable" if modes.unstable[k] else "stable"
-        moved = mode_motion.drawing(structure, modes, int(k))
+        moved = mode_motion.drawing(structure, modes, k)
         growth = number(modes.eigenvalues[k].real, 4)
         caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth rate {growth} 1/s"
         cards.append((verdict, moved, caption))
-    omitted = chosen.size - len(shown)
+    omitted = len(modes) - len(shown)
     lead = (
         f"Status {modes.combination}; frequency is |λ| / 2π. "
         if modes.combination

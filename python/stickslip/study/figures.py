@@ -196,7 +196,7 @@ def eigenvalue_moments(
     moments
         Result of `study.eigenvalue_moments`.
     mode
-        Index of the eigenvalue in both.
+        Number of the mode.
     most
         Samples drawn.
     ax
@@ -205,7 +205,10 @@ def eigenvalue_moments(
     if "eigenvalues" not in results:
         raise InputError("results: expected the output 'eigenvalues'")
     axes = axes_of(ax)
-    samples = results.eigenvalues.to_numpy()[:most, mode]
+    samples = results.eigenvalues.to_numpy()[:most]
+    # Of each conjugate pair one, as modes are counted.
+    places = np.argsort(samples.imag < 0.0, axis=1, kind="stable")[:, [mode]]
+    samples = np.take_along_axis(samples, places, axis=1)[:, 0]
     axes.plot(samples.real, samples.imag / (2.0 * np.pi), ",", color=DARK, label="samples")
     chosen = moments.isel(mode=mode)
     centre = complex(chosen.eigenvalue.item())

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def eigenvalue_moments(study: Study) -> xr.Dataset:
-    """Return mean and covariance of all eigenvalues of sliding, to first order of the spread.
+    """Return mean and covariance of the eigenvalues of sliding, to first order of the spread.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ def eigenvalue_moments(study: Study) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over ``mode``, sorted by modulus as the output ``eigenvalues``: ``eigenvalue`` at the mean of the
-        parameters, 1/s; ``covariance`` (mode, part, other) of real and imaginary part, 1/s^2;
-        ``growth_deviation``, standard deviation of the real part, 1/s; ``frequency_deviation`` of the modulus
-        over 2 pi, Hz; ``share`` (parameter, mode) of the variance of the real part that a parameter has alone
-        (sums to 1 where they are independent); ``gradient`` (parameter, mode). Values of a defective mode are
+        Over ``mode``, the modes at the mean of the parameters: ``eigenvalue`` there, 1/s; ``covariance``
+        (mode, part, other) of real and imaginary part, 1/s^2; ``growth_deviation``, standard deviation of the
+        real part, 1/s; ``frequency_deviation`` of the modulus over 2 pi, Hz; ``share`` (parameter, mode) of
+        the variance of the real part that a parameter has alone (sums to 1 where they are independent);
+        ``gradient`` (parameter, mode). Values of a defective mode are
         nan: its derivative is unbounded, so first order says nothing about it.
 
     Raises

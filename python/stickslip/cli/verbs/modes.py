@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     "numbers",
     callback=lambda _ctx, _option, text: _numbers(text),
     metavar="NUMBERS",
-    help="Modes to draw, such as 0,2,4 of the table; default: at most 9 with the largest growth rates.",
+    help="Modes to draw, such as 0,2,3 of the table; default: at most 9 with the largest growth rates.",
 )
 @click.option(
     "--band",
@@ -122,5 +122,5 @@ def _numbers(text: str | None) -> list[int] | None:
         return None
     parts = text.split(",")
     if not all(part.strip().isdecimal() for part in parts):
-        raise click.BadParameter(f"expected numbers of modes such as 0,2,4, got {text!r}")
+        raise click.BadParameter(f"expected numbers of modes such as 0,2,3, got {text!r}")
     return [int(part) for part in parts]

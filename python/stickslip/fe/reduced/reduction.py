@@ -244,7 +244,7 @@ def reduce(
     status = checked_combination(scene, combination)
     basis = MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
     found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
-    full = _upper(found)
+    full = found.eigenvalues
     if not full.size:
         raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
     most = min(MOST, scene.size - len(basis.kinds) - 1)
@@ -256,7 +256,7 @@ def reduce(
     while True:
         model = basis.model(count)
         small = _scene(model, scene, basis.kinds)
-        values, errors = matched(full, _upper(complex_modes(small, status)))
+        values, errors = matched(full, complex_modes(small, status).eigenvalues)
         worst = float(errors.max())
         if modes is not None or worst <= wanted:
             break
@@ -320,11 +320,6 @@ def _growth(values: Complex) -> str:
 def _left(error: float) -> str:
     """Return in words what a reduced model leaves: its error is infinite where it lacks a mode."""
     return f"an error of {error:.2g}" if np.isfinite(error) else "a mode of the band without counterpart"
-
-
-def _upper(modes: Modes) -> Complex:
-    """Return one eigenvalue of each conjugate pair, and the real ones."""
-    return modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
 
 
 def matched(wanted: Complex, offered: Complex) -> tuple[Complex, Real]:

@@ -102,15 +102,15 @@ class BandPath:
         if certify:
             self.missing.append(float(modes.missing or 0.0))
             self.doubts += [f"{self.name} = {value:.6g}: {doubt}" for doubt in modes.doubts]
-        upper = (modes.eigenvalues.imag >= 0.0) & ~modes.defective
-        chosen = modes.eigenvalues[upper]
+        modes = modes[~modes.defective]
+        chosen = modes.eigenvalues
         if not self.scaling.size:
             inertia = np.abs(modes.mass.diagonal())
             self.scaling = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
             self.first_order = inertia == 0.0
-        agrees = len(self.known) >= 2 and self._agrees(value, chosen, modes.condition[upper])
-        self.known[value] = (chosen, modes.condition[upper])
-        vectors = [modes.right_displacement[:, upper], modes.left_displacement[:, upper]]
+        agrees = len(self.known) >= 2 and self._agrees(value, chosen, modes.condition)
+        self.known[value] = (chosen, modes.condition)
+        vectors = [modes.right_displacement, modes.left_displacement]
         columns = [part / self.scaling[:, None] for x in vectors for part in (x.real, x.imag)]
         load = scene.core.statics(self.letters)[0][0]
         stiffness = sparse_array(scene.core.sparse_pencil(self.letters)[2]).tocsc()

@@ -86,7 +86,7 @@ class Labels:
         if column.name in outputs.own:
             size = outputs.own[column.name].size
             return () if size is None else (size,)
-        sizes = {"dof": len(self.dofs), "contact": len(self.contacts), "mode": self.modes}
+        sizes = {"dof": len(self.dofs), "contact": len(self.contacts), "root": self.modes}
         return tuple(sizes[dim] for dim in column.dims)
 
 

@@ -69,9 +69,9 @@ OUTPUTS: dict[str, Column] = {
         _column(
             "eigenvalues",
             "eigenvalues",
-            "all eigenvalues of sliding, by modulus",
+            "all eigenvalues of sliding, by modulus, conjugates side by side",
             "1/s",
-            ("mode",),
+            ("root",),
             "complex128",
         ),
         _column("normal_force", "normal_force", "normal force of steady sliding", "N", ("contact",)),
