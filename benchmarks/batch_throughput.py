@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 import stickslip as ss
 from report import Report, arguments
+from stickslip import types
 
 DURATION = 0.6
 KICK = {"x1": 1e-3}
@@ -53,7 +54,7 @@ def clocks() -> Clocks:
     return np.array([time.perf_counter(), time.process_time(), time.thread_time()])
 
 
-def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.types.Outcome]]:
+def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[types.Outcome]]:
     """Return the times and the runs."""
     begin = clocks()
     outcomes = list(
@@ -62,7 +63,7 @@ def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.types.Ou
     return clocks() - begin, outcomes
 
 
-def digest(outcomes: list[ss.types.Outcome]) -> tuple[str, int]:
+def digest(outcomes: list[types.Outcome]) -> tuple[str, int]:
     """Return a hash of everything that the runs consist of, and the number of their events."""
     sha, events = hashlib.sha256(), 0
     for outcome in outcomes:

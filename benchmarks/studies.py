@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 import stickslip as ss
 from report import Report, arguments
+from stickslip import types
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from peers.solve_ivp import prepare
@@ -64,7 +65,7 @@ class Sliding:
     """Companion matrices of the sliding model, as an expert assembles them once the model is known."""
 
     def __init__(self) -> None:
-        def reduced(friction: float, values: Real) -> ss.types.Reduced:
+        def reduced(friction: float, values: Real) -> types.Reduced:
             study = verdicts(1)
             return ss.equations_of(study.source.scene(np.array([friction, *values])), "++")
 

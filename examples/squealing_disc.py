@@ -69,7 +69,7 @@ figure = plt.figure(figsize=(11.0, 11.5), layout="constrained")
 upper, lower = figure.subfigures(2, 1, height_ratios=[1.0, 2.0])
 mosaic, space = [["shape", "force"], ["cycle", "power"]], {"shape": {"projection": "3d"}}
 axes = lower.subplot_mosaic(mosaic, per_subplot_kw=space)
-ss.plot.loci(branches, figure=upper)
+ss.plot(branches, figure=upper)
 scene.plot.mesh(modes["shape"][growing], ax=axes["shape"], title="The mode that grows")
 times = np.linspace(0.0, run.duration, 20001)
 axes["force"].plot(1e3 * times, run.sample(times).normal_force.sum("contact"), linewidth=0.3)

@@ -84,7 +84,7 @@ thresholds = ss.Study(
     seed=1,
     hopf={"friction": (0.0, 4.0)},
 ).run()
-indices = {name: ss.study.sobol_indices(thresholds, name) for name in ("hopf_point", "hopf_frequency")}
+indices = {name: ss.study.importance(thresholds, name) for name in ("hopf_point", "hopf_frequency")}
 for name, of in indices.items():
     ranked = of.sortby("total", ascending=False).isel(parameter=slice(3))
     pairs = zip(ranked.parameter.values, ranked.total.values, strict=True)
@@ -93,14 +93,14 @@ for name, of in indices.items():
 
 # %%
 figure, ((when, height), (strength, which)) = plt.subplots(2, 2, figsize=(10.0, 7.6), layout="constrained")
-ss.plot.probability(chance, ax=when)
+ss.plot(chance, ax=when)
 when.set(title="When does it squeal?", ylabel="probability of instability")
 cycles = results.where(squealing, drop=True)
-ss.plot.distribution(cycles, "cycle_frequency", ax=height)
+ss.plot(cycles, "cycle_frequency", ax=height)
 height.set_title("At which frequency?")
 strength.plot(cycles.friction, 1e6 * cycles.amplitude.sel(dof="x2"), ".", markersize=2, color="#004488")
 strength.set(xlabel="friction", ylabel="amplitude of x2, µm", title="How strongly?")
-ss.plot.sobol_indices(indices["hopf_point"], ax=which)
+ss.plot(indices["hopf_point"], ax=which)
 which.set_title("Which spring matters?")
 figure.savefig("uncertain-brake.png", dpi=110)
 

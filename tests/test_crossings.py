@@ -125,14 +125,14 @@ def test_nothing_is_red_that_is_not_unstable():
     assert not branches.unstable.any()
     red = [
         line
-        for axes in ss.plot.loci(branches).axes
+        for axes in ss.plot(branches).axes
         for line in axes.lines
         if line.get_color() == UNSTABLE and np.isfinite(line.get_ydata()).any()
     ]
     assert red == []
     both = ss.sweep(spinning, {"speed": np.linspace(1.0, 3.0, 5), "tie": np.linspace(0.0, 1.0, 5)})
     # No mode is unstable, so there is no panel of their number.
-    assert [axes.get_label() for axes in ss.plot.stability_map(both).axes[1:]] == ["<colorbar>"]
+    assert [axes.get_label() for axes in ss.plot(both).axes[1:]] == ["<colorbar>"]
 
 
 def test_a_mode_grows_in_words_only_if_it_is_unstable():
@@ -211,7 +211,7 @@ def test_an_interrupted_frequency_response_keeps_its_orbits(monkeypatch):
         return settled(*given, **options) if next(left, False) else ([None], KeyboardInterrupt())
 
     monkeypatch.setattr(frequency_response, "settled", interrupted)
-    with pytest.raises(ss.errors.SearchInterrupted, match="after 2 of 6 motions") as stopped:
+    with pytest.raises(ss.Interrupted, match="after 2 of 6 motions") as stopped:
         ss.frequency_response(scene, {"shaker_frequency": [1.0, 1.2, 1.4]})
     kept = stopped.value.partial
     np.testing.assert_array_equal(kept.data.frequency, [1.0, 1.2])

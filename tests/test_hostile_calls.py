@@ -269,8 +269,8 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
 
 @pytest.mark.process
 def test_figures_of_studies_are_there_without_a_second_import():
-    code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; "
-    code += "ss.plot.study"
+    code = "import sys, stickslip as ss; ss.Study; assert 'matplotlib' not in sys.modules; "
+    code += "ss.plot"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 

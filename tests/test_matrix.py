@@ -14,6 +14,7 @@ from scipy import stats
 
 import stickslip as ss
 from scene_kinds import KINDS, Kind
+from stickslip import types
 from stickslip.cli import main
 from stickslip.explorer.picture import picture
 from stickslip.explorer.wanted import Explored, Wanted
@@ -83,7 +84,7 @@ def between(kind: Kind) -> dict[str, Any]:
     return {name: (low, high)}
 
 
-def varied(kind: Kind) -> ss.types.Bifurcation:
+def varied(kind: Kind) -> types.Bifurcation:
     return ss.bifurcation(kind.scene, over(kind, 2), stretch=0.5 * kind.duration, limit=kind.duration)
 
 
@@ -160,7 +161,7 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "status table": lambda kind, _: told(ss.status_table(kind.scene)),
     "reduction": lambda kind, _: repr(ss.equations_of(kind.scene, kind.start.combination)),
     "sensitivity": lambda kind, _: ss.sensitivity(kind.scene),
-    "sweep": lambda kind, _: ss.plot.loci(ss.sweep(kind.scene, over(kind, 5))),
+    "sweep": lambda kind, _: ss.plot(ss.sweep(kind.scene, over(kind, 5))),
     "critical points": lambda kind, _: ss.critical_points(kind.scene, between(kind)).plot(),
     "stability": lambda kind, _: ss.stability(kind.scene, over(kind, 2)),
     "factors": lambda kind, _: ss.sweep(kind.scene, {"stiffness": [1.0, 1.1], "mass": [1.0, 1.1]}),

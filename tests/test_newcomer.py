@@ -120,7 +120,7 @@ def test_forty_calls(tmp_path):
         assert set(ss.load(tmp_path / f"{name}.nc").data_vars) == set(answer.data_vars), name
     for drawn in (run, cycle, modes, run.balance(), diagram, branch, reached):
         assert drawn.plot().get_xlabel()
-    for figure in (ss.plot.loci(loci), ss.plot.study(results), run.plot.history()):
+    for figure in (ss.plot(loci), ss.plot(results), run.plot.history()):
         ss.save(figure, tmp_path / "figure.png")
         assert (tmp_path / "figure.png").stat().st_size > 1000
     mpl.pyplot.close("all")

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import stickslip as ss
+from stickslip import types
 
 
 def model(friction: float) -> ss.Scene:
@@ -39,10 +40,10 @@ assert_type(start, ss.State)
 try:
     run = ss.simulate(scene, 0.6, start, max_events=100)
 except ss.RunError as error:
-    assert_type(error.partial, ss.types.Motion | None)
+    assert_type(error.partial, types.Motion | None)
     raise
-except ss.errors.RunInterrupted as stopped:
-    assert_type(stopped.partial, ss.types.Motion)
+except ss.Interrupted as stopped:
+    assert_type(stopped.partial, types.Motion)
     raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])
@@ -52,7 +53,7 @@ assert_type(run.sample([0.1, 0.2]), xr.Dataset)
 assert_type(run.balance().residual, float)
 try:
     cycle = run.limit_cycle()
-except ss.errors.NotPeriodicError as other:
+except ss.NotPeriodicError as other:
     assert_type(other.kind, str)
     assert_type(other.exponent, float)
     raise
@@ -71,49 +72,49 @@ assert_type(cycle.balance().plot.flow(), Axes)
 assert_type(cycle.scene.plot(), Axes)
 # every other result
 points = ss.critical_points(model, {"friction": (0.0, 1.0)}, kinds=("hopf",))
-assert_type(points, ss.types.CriticalPoints)
-assert_type(points[:1], ss.types.CriticalPoints)
+assert_type(points, types.CriticalPoints)
+assert_type(points[:1], types.CriticalPoints)
 assert_type(points[0].kind, Literal["hopf", "divergence", "lock_in", "crossing", "separation"])
 assert_type(ss.stability(scene, {"friction_0": [0.1, 0.2]}), xr.Dataset)
 assert_type(ss.sensitivity(model, {"friction": 0.5}), xr.Dataset)
 assert_type(ss.sensitivity(scene, entries="mass"), xr.Dataset)
 assert_type(start.contact_forces(scene), xr.Dataset)
-assert_type(ss.equations_of(scene, "+"), ss.types.Reduced)
-assert_type(ss.status_table(scene), ss.types.StatusTable)
+assert_type(ss.equations_of(scene, "+"), types.Reduced)
+assert_type(ss.status_table(scene), types.StatusTable)
 assert_type(ss.complex_modes(scene).power(), xr.Dataset)
-assert_type(modes[0], ss.types.Mode)
+assert_type(modes[0], types.Mode)
 assert_type([mode.frequency for mode in modes.select(band=(0.0, 2e3), unstable=True)], list[float])
 assert_type(modes.mac(modes), xr.DataArray)
 assert_type(modes.pairing(modes), xr.Dataset)
 assert_type(modes.to_dataset(), xr.Dataset)
 assert_type(modes.plot(), Axes)
-assert_type(run.events[0], ss.types.Event)
+assert_type(run.events[0], types.Event)
 assert_type([event.name for event in run.events], list[str])
 run.events.to_dataframe()
-assert_type(run.grazings, tuple[ss.types.Grazing, ...])
+assert_type(run.grazings, tuple[types.Grazing, ...])
 assert_type(run.sample(between=2), xr.Dataset)
 assert_type(run.state(0.1), ss.State)
-assert_type(run.balance(), ss.Balance)
+assert_type(run.balance(), types.Balance)
 assert_type(run.energy([0.1]), xr.Dataset)
 assert_type(run.spectrum("x1"), xr.Dataset)
 assert_type(run.plot(), Axes)
-assert_type(cycle.run, ss.types.Motion)
-assert_type(cycle.margins(), tuple[ss.types.Margin, ...])
+assert_type(cycle.run, types.Motion)
+assert_type(cycle.margins(), tuple[types.Margin, ...])
 assert_type(cycle.modes["+"], ss.Modes)
 diagram = ss.bifurcation(model, {"friction": [0.5, 0.6]})
-assert_type(diagram, ss.types.Bifurcation)
+assert_type(diagram, types.Bifurcation)
 assert_type(diagram.cycles, tuple[ss.Cycle | None, ...])
 assert_type(diagram.to_dataset(), xr.Dataset)
 branch = ss.continuation(cycle, {"friction": (0.5, 0.6)})
-assert_type(branch, ss.types.Branch)
-assert_type(branch.points, tuple[ss.types.BranchPoint, ...])
+assert_type(branch, types.Branch)
+assert_type(branch.points, tuple[types.BranchPoint, ...])
 assert_type(branch.at(0.6), tuple[ss.Cycle, ...])
 reached = ss.basins(model, {"friction": [0.5]}, start=ss.steady_sliding, velocity={"x1": [0.0]})
-assert_type(reached, ss.types.Basins)
+assert_type(reached, types.Basins)
 assert_type(reached.attractors, tuple[ss.Cycle | str, ...])
 assert_type(reached.plot(), Axes)
 assert_type(ss.modal_energy(run, [0.1]), xr.Dataset)
-assert_type(ss.mode_selection(scene), ss.types.ModeSelection)
+assert_type(ss.mode_selection(scene), types.ModeSelection)
 study = ss.Study(model, {"friction": [0.1, 0.2]})
 assert_type(study.run(), xr.Dataset)
 assert_type(study.scene_of([0.1]), ss.Scene)
@@ -134,7 +135,7 @@ WRONG = {
     "ss.complex_modes(scene, 3)": "incompatible type",
     "ss.sweep(scene, [1.0])": "incompatible type",
     "run.events[0].contcat": "has no attribute",
-    "ss.types.Motoin": "has no attribute",
+    "types.Motoin": "has no attribute",
     "ss.complex_modes(scene).mac(scene)": "incompatible type",
 }
 

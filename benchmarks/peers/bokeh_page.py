@@ -55,7 +55,7 @@ def page(document):
         start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
         try:
             cycle = ss.simulate(scene, 0.6, start).limit_cycle(3.0, time_limit=0.15)
-        except ss.errors.NotPeriodicError:
+        except ss.NotPeriodicError:
             cycle = None
         if cycle is not None:
             position, velocity, _, _, status = cycle.run.core.sample(

@@ -131,7 +131,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     cycle.balance().plot.flow(ax=flow.subplots())
     drawn = {
         "mode-shapes.png": complex_modes(two_subsystems(friction=0.0)).plot.shapes(),
-        "loci.png": plot.loci(
+        "loci.png": plot(
             sweep(two_subsystems(), {"friction": np.linspace(*FRICTIONS, 301)}),
             critical=critical_points(two_subsystems(), {"friction": FRICTIONS}, kinds=("hopf",)),
         ),

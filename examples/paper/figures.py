@@ -100,7 +100,7 @@ def figure_3() -> Figure:
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
     scene = two_subsystems()
-    plot.loci(sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}), figure=figure)
+    plot(sweep(scene, {"friction": np.linspace(*FRICTIONS, 301)}), figure=figure)
     growth.set_xlabel("")
     figure.legends.clear()
     hopf = [point.value for point in critical_points(scene, {"friction": FRICTIONS}, kinds=("hopf",))]
@@ -291,7 +291,7 @@ def _spectra(cycles: Mapping[str, Cycle]) -> Figure:
 
 def _lines(axes: Axes, cycle: Cycle, title: str) -> None:
     lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    plot.spectrum(lines.sel(dof=UPPER_VERTICAL, frequency=slice(0.0, HIGHEST)), ax=axes)
+    plot(lines.sel(dof=UPPER_VERTICAL, frequency=slice(0.0, HIGHEST)), ax=axes)
     axes.set_title(f"{title}, main line {cycle.main_frequency(UPPER_VERTICAL):.2f} Hz")
 
 
@@ -307,9 +307,9 @@ def _energy(run: Motion, begin: float, end: float) -> Figure:
     figure = _sized(140.0)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[3.0, 2.0, 3.0, 1.2])
     stored, rate, powers, status = panels
-    plot.stored_energy(flow, ax=stored)
-    plot.energy_rate(flow, ax=rate)
-    plot.power_terms(flow.assign_coords(contact=list(CONTACTS)), ax=powers)
+    plot(flow, "stored", ax=stored)
+    plot(flow, "rate", ax=rate)
+    plot(flow.assign_coords(contact=list(CONTACTS)), "powers", ax=powers)
     _status(status, run, begin, end)
     for axes in panels:
         for line in axes.lines:

@@ -1,16 +1,17 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, fe, plot, study, types
+from . import fe, study
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
 from .cycles.branches.continuation import continuation
 from .cycles.cycle import Cycle
-from .cycles.frequency_response import FrequencyResponse, frequency_response
+from .cycles.frequency_response import frequency_response
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
-from .errors import InputError, RunError, StickslipError
 from .explorer import explore
+from .faults import InputError, Interrupted, NoSteadyStateError, OrbitError, StickslipError, StudyError
+from .figures import plot
 from .files.case import Case
 from .files.saved import load, save
 from .locus.critical import critical_points
@@ -20,7 +21,7 @@ from .locus.sweep import sweep
 from .modes.complex_modes import complex_modes
 from .modes.modes import Modes
 from .modes.status_table import status_table
-from .motion.energy import Balance
+from .motion.errors import NotPeriodicError, RunError
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact
@@ -30,27 +31,30 @@ from .scene.loads.in_time import Harmonic, Switched
 from .scene.reduction import equations_of
 from .scene.scene import Scene
 from .scene.state import State, steady_sliding
-from .study import Study
+from .study.study import Study
 from .transient.batch import simulate_many
 from .transient.simulate import simulate
 from .transient.trajectory import Trajectory
 from .version import __version__
 
 __all__ = [
-    "Balance",
     "Case",
     "Contact",
     "Cycle",
-    "FrequencyResponse",
     "Harmonic",
     "InputError",
+    "Interrupted",
     "Modes",
+    "NoSteadyStateError",
+    "NotPeriodicError",
+    "OrbitError",
     "Rayleigh",
     "RunError",
     "Scene",
     "State",
     "StickslipError",
     "Study",
+    "StudyError",
     "Switched",
     "Trajectory",
     "__version__",
@@ -61,7 +65,6 @@ __all__ = [
     "critical_points",
     "disturbed_sliding",
     "equations_of",
-    "errors",
     "explore",
     "fe",
     "frequency_response",
@@ -80,6 +83,5 @@ __all__ = [
     "steady_sliding",
     "study",
     "sweep",
-    "types",
     "write_report",
 ]

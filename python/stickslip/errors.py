@@ -1,33 +1,6 @@
-"""What a user can get wrong, and what can stop a run: every error by its name."""
+"""The errors that the compiled core raises, by name."""
 
-from stickslip.faults import (
-    InputError,
-    NoSteadySlidingError,
-    NoSteadyStateError,
-    OrbitError,
-    SearchInterrupted,
-    StickslipError,
-    StoreError,
-    StudyError,
-    StudyInterrupted,
-)
-from stickslip.motion.errors import NotPeriodicError, RunError, RunInterrupted
+from stickslip.faults import InputError, NoSteadyStateError, OrbitError
+from stickslip.motion.errors import RunError
 
-__all__ = [
-    "InputError",
-    "NoSteadySlidingError",
-    "NoSteadyStateError",
-    "NotPeriodicError",
-    "OrbitError",
-    "RunError",
-    "RunInterrupted",
-    "SearchInterrupted",
-    "StickslipError",
-    "StoreError",
-    "StudyError",
-    "StudyInterrupted",
-]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__all__ = ["InputError", "NoSteadyStateError", "OrbitError", "RunError"]

@@ -16,49 +16,38 @@ class InputError(StickslipError, ValueError):
     """Ill-posed input; the message names the argument and its value."""
 
 
-class NoSteadySlidingError(InputError):
-    """A scene has no steady sliding: a contact would have to pull, so the static load opens it.
-
-    The message names the contact, its normal force and, where one is found, the combination with open
-    contacts in which the structure is in equilibrium.
-    """
-
-
 class NoSteadyStateError(InputError):
-    """A combination has no steady state about which motions are linear, and so no modes.
+    """There is no steady state about which motions are linear, and so there are no modes.
 
-    One contact slides by a law of friction over slip speed while another one sticks.
+    In steady sliding a contact would have to pull, so that the static load opens it: the message names the
+    contact, its normal force and, where one is found, the combination with open contacts in which the
+    structure is in equilibrium. Or one contact of a combination slides by a law of friction over slip speed
+    while another one sticks.
     """
 
 
-class SearchInterrupted(KeyboardInterrupt):
-    """A search over many motions that the user interrupted.
+class Interrupted(KeyboardInterrupt):
+    """A run, a search or a study that the user interrupted.
 
     Attributes
     ----------
     partial
-        What the search had found by then: a `Bifurcation` of the values that were done, a `FrequencyResponse`
-        of the orbits found, or `Basins` with -2 where nothing was computed.
-    done, of
-        Number of motions that were followed to their end, and number of all motions.
+        What had been computed by then: the `Trajectory` of a run, the last stretch of a search for a limit
+        cycle, the `Bifurcation` of the values that were done, a `FrequencyResponse` of the orbits found,
+        `Basins` with -2 where nothing was computed, or the dataset of a study.
     """
 
-    def __init__(self, partial: Any, done: int, of: int) -> None:
-        super().__init__(f"interrupted after {done} of {of} motions")
+    def __init__(self, message: str, partial: Any) -> None:
+        super().__init__(message)
         self.partial = partial
-        self.done = done
-        self.of = of
 
+    # An exception is otherwise made again from its message alone.
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.partial, self.done, self.of)
+        return type(self), (str(self), self.partial)
 
 
 class OrbitError(StickslipError, RuntimeError):
     """A periodic orbit that Newton's method does not find."""
-
-
-class StoreError(StickslipError, RuntimeError):
-    """A store of results that holds another study, or that another process writes to."""
 
 
 class StudyError(StickslipError, RuntimeError):
@@ -69,17 +58,6 @@ class StudyError(StickslipError, RuntimeError):
     partial
         Everything computed so far, an `xarray.Dataset`; the status of other samples is ``pending``.
     """
-
-    def __init__(self, message: str, partial: xr.Dataset) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
-
-
-class StudyInterrupted(KeyboardInterrupt):
-    """A study that the user interrupted; `partial` is everything computed so far, an `xarray.Dataset`."""
 
     def __init__(self, message: str, partial: xr.Dataset) -> None:
         super().__init__(message)

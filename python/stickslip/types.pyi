@@ -3,11 +3,13 @@
 from .cycles.basins import Basins
 from .cycles.bifurcation import Bifurcation
 from .cycles.branches.branch import Branch, BranchPoint
+from .cycles.frequency_response import FrequencyResponse
 from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
 from .locus.points import CriticalPoint, CriticalPoints
 from .modes.modes import Mode
 from .modes.status_table import StatusTable
+from .motion.energy import Balance
 from .motion.events import Accumulation, Event, Events, Grazing
 from .motion.motion import Motion
 from .scene.reduction import Reduced
@@ -16,6 +18,7 @@ from .transient.batch import Outcome
 
 __all__ = [
     "Accumulation",
+    "Balance",
     "Basins",
     "Bifurcation",
     "Branch",
@@ -26,6 +29,7 @@ __all__ = [
     "Equilibrium",
     "Event",
     "Events",
+    "FrequencyResponse",
     "Grazing",
     "Margin",
     "Mode",

@@ -75,7 +75,7 @@ def shown_is_true(page):
     start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
     try:
         cycle = ss.simulate(scene, page.evaluate("state.motion.way.end"), start).limit_cycle(3.0)
-    except ss.errors.NotPeriodicError:
+    except ss.NotPeriodicError:
         assert page.evaluate("state.motion.cycle") is None
         return
     assert page.evaluate("state.motion.cycle.combinations") == list(cycle.combinations)

@@ -145,7 +145,7 @@ def test_an_answer_is_1_only_where_it_is_no(brake, monkeypatch):
     assert "no limit cycle (equilibrium)" in run("cycle", brake, "--set", "friction=0.5", code=1).stderr
 
     def stopped(_run, _further, time_limit):
-        raise ss.errors.NotPeriodicError("stopped by time_limit", None, "stopped", float("nan"), float("nan"))
+        raise ss.NotPeriodicError("stopped by time_limit", None, "stopped", float("nan"), float("nan"))
 
     monkeypatch.setattr(ss.Trajectory, "limit_cycle", stopped)
     assert "stopped by time_limit" in run("cycle", brake, "--duration", 0.01, code=3).stderr

@@ -77,7 +77,7 @@ def test_periods_over_friction_and_speed(friction, slider_speed, period, doubled
 
 
 def test_decaying_motion_is_an_equilibrium():
-    with pytest.raises(ss.errors.NotPeriodicError) as error:
+    with pytest.raises(ss.NotPeriodicError) as error:
         settled(friction=0.65, duration=0.1)
     assert error.value.kind == "equilibrium"
     assert error.value.partial.duration == 0.1
@@ -86,7 +86,7 @@ def test_decaying_motion_is_an_equilibrium():
 def test_a_run_too_short_says_so():
     scene = ss.models.two_subsystems()
     run = ss.simulate(scene, 0.12, ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3}))
-    with pytest.raises(ss.errors.NotPeriodicError) as error:
+    with pytest.raises(ss.NotPeriodicError) as error:
         run.limit_cycle(further=0.0)
     # Its only event comes near the end: what neighbours do on the attractor is not known.
     assert error.value.kind == "undecided"

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from law_blocks import HOPF, STEPS, block, small_cycle
 from return_map import assert_multipliers
-from stickslip.errors import NotPeriodicError
+from stickslip import NotPeriodicError
 from stickslip.scene.laws.friction import Stribeck
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from law_blocks import HOPF, STEPS, STRIBECK, block, small_cycle
 from return_map import assert_multipliers, differenced_multipliers
-from stickslip.errors import NotPeriodicError, OrbitError
+from stickslip import NotPeriodicError, OrbitError
 from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 TABLE = Tabulated([0.0, 0.05, 0.1, 0.2, 0.4], [0.5, 0.4, 0.35, 0.3, 0.29])

@@ -43,7 +43,7 @@ def test_basins_read_back_are_drawn_alike_and_what_is_missing_is_seen(axes, map_
     again = ss.load(tmp_path / "basins.nc")
     again["reached"][0, 0] = -1
     again["reached"][1, 2] = -2
-    ss.plot.basins(again, ax=axes)
+    ss.plot(again, ax=axes)
     mesh, hatched = axes.collections
     assert mesh.get_array().mask.reshape(3, 2).tolist() == [[True, False], [False, False], [False, True]]
     assert hatched.get_hatch() == "///"
@@ -61,7 +61,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     assert sorted(points[:, 0]) == [1.5, 1.52]
     assert points[:, 1].min() == pytest.approx(1e6 * float(largest.max()), rel=0.1)
     ss.save(diagram.to_dataset(), tmp_path / "diagram.nc")
-    other = ss.plot.bifurcation(ss.load(tmp_path / "diagram.nc"), ax=Figure().add_subplot())
+    other = ss.plot(ss.load(tmp_path / "diagram.nc"), ax=Figure().add_subplot())
     assert [line.get_xydata().tolist() for line in other.lines] == [
         line.get_xydata().tolist() for line in axes.lines
     ]
@@ -75,8 +75,8 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
 def test_maps_and_studies_are_drawn_from_their_datasets():
     values = np.linspace(0.2, 2.5, 4)
     swept = ss.sweep(SCENE, {"friction_0": values, "friction_1": values})
-    assert isinstance(ss.plot.stability_map(swept), Figure)
-    assert isinstance(ss.plot.loci(ss.sweep(SCENE, {"friction": values})), Figure)
+    assert isinstance(ss.plot(swept), Figure)
+    assert isinstance(ss.plot(ss.sweep(SCENE, {"friction": values})), Figure)
     results = ss.Study(SCENE, {"friction": values}).run(progress=False)
     assert isinstance(results, xr.Dataset)
-    assert isinstance(ss.plot.study(results), Figure)
+    assert isinstance(ss.plot(results), Figure)

@@ -9,6 +9,7 @@ from mode_coupling import mode_coupling
 from pad_on_disc import pad_on_disc
 from quad_block import quad_block
 from return_map import differenced_multipliers
+from stickslip import types
 from stickslip.cycles import attractors
 from stickslip.cycles.attractors import described, disturbed_sliding
 from stickslip.cycles.bifurcation import table
@@ -115,7 +116,7 @@ def test_stability_that_is_not_known_in_diagrams(symmetric):
     assert data.stability.item() == symmetric.stability
     assert not data.stable.item()
     figure, axes = plt.subplots()
-    ss.types.Bifurcation(data, (symmetric,)).plot("x1", ax=axes)
+    types.Bifurcation(data, (symmetric,)).plot("x1", ax=axes)
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(figure)
     assert "stability not known" in shown
@@ -140,7 +141,7 @@ def test_neighbours_that_have_met_are_told_without_an_infinite_exponent():
 def test_a_scene_without_contacts_says_so():
     scene = ss.Scene(mass=[1.0, 1.0], stiffness=np.diag([100.0, 200.0]))
     run = ss.simulate(scene, 1.0, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs))
-    with pytest.raises(ss.errors.NotPeriodicError, match="followed too short") as caught:
+    with pytest.raises(ss.NotPeriodicError, match="followed too short") as caught:
         run.limit_cycle(further=2.0)
     assert "nan" not in str(caught.value)
 
@@ -148,7 +149,7 @@ def test_a_scene_without_contacts_says_so():
 def test_a_search_ends_with_its_time_limit_and_tells_what_it_knows(pad):
     run = ss.simulate(pad, 0.02, disturbed_sliding(pad))
     with pytest.raises(
-        ss.errors.NotPeriodicError, match=r"the time limit of computing, 1e-09 s, was reached"
+        ss.NotPeriodicError, match=r"the time limit of computing, 1e-09 s, was reached"
     ) as stopped:
         run.limit_cycle(further=1e9, time_limit=1e-9)
     assert stopped.value.kind == "undecided"
@@ -191,7 +192,7 @@ def test_a_search_follows_a_motion_for_as_many_periods_in_any_unit_of_time(rate)
 def test_a_motion_in_exact_steady_sliding_is_told_how_to_leave_it():
     scene = mode_coupling()
     run = ss.simulate(scene, 40.0, ss.steady_sliding(scene))
-    with pytest.raises(ss.errors.NotPeriodicError, match="unless the start is disturbed") as caught:
+    with pytest.raises(ss.NotPeriodicError, match="unless the start is disturbed") as caught:
         run.limit_cycle()
     assert "give further, or a longer duration" in str(caught.value)
 

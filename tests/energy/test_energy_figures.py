@@ -65,7 +65,7 @@ def test_energy_flow_is_in_proportion(cycle):
 
 def test_growth_and_selection_figures(run):
     shares = ss.modal_energy(run, np.linspace(0.0, 0.15, 2001))
-    lines = {line.get_label(): line for line in ss.plot.modal_shares(shares, "++").lines}
+    lines = {line.get_label(): line for line in ss.plot(shares, "++").lines}
     assert "119.4 Hz" in lines
     energy = ss.modal_energy(run, lines["all"].get_xdata()[:50])
     assert lines["all"].get_ydata()[:50] == pytest.approx(1e3 * energy.total.values)

@@ -171,9 +171,9 @@ def public(datasets):
         "probability over a parameter": ss.study.probability(results, "friction", bins=2),
         "distribution": ss.study.distribution(results, "growth_rate"),
         "convergence": ss.study.convergence(results, "growth_rate", points=3),
-        "sobol": ss.study.sobol_indices(saltelli.run(), "growth_rate"),
-        "morris": ss.study.morris_effects(morris.run(), "growth_rate"),
-        "eigenvalue_moments": ss.study.eigenvalue_moments(study),
+        "sobol": ss.study.importance(saltelli.run(), "growth_rate"),
+        "morris": ss.study.importance(morris.run(), "growth_rate"),
+        "eigenvalue_moments": study.eigenvalue_moments(),
     }
 
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from quad_block import quad_block
+from stickslip import types
 from stickslip.locus.path import Sliding
 from stickslip.scene.parameters.family import Family
 
@@ -187,7 +188,7 @@ def test_points_are_a_sequence_and_a_table(tmp_path):
     scene = ss.models.two_subsystems()
     points = ss.critical_points(scene, {"friction": (0.0, 3.0)})
     assert [point.kind for point in points] == [points[k].kind for k in range(len(points))]
-    assert isinstance(points[1:], ss.types.CriticalPoints)
+    assert isinstance(points[1:], types.CriticalPoints)
     assert list(points[1:]) == list(points)[1:]
     with pytest.raises(IndexError):
         points[len(points)]

@@ -11,7 +11,7 @@ MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
 
 def test_loci_show_the_branches():
     branches = ss.sweep(ss.models.two_subsystems(), {"friction": [0.5, 1.5, 1.0]})
-    figure = ss.plot.loci(branches)
+    figure = ss.plot(branches)
     growth, frequency = figure.axes
     assert growth.get_xlabel() == "friction coefficient"
     assert growth.get_ylabel() == "growth rate, 1/s"
@@ -27,7 +27,7 @@ def test_loci_show_the_branches():
 
 def test_a_stability_map_shows_growth_and_its_border():
     values = {"friction": np.linspace(0.0, 3.0, 31), "slider_speed": [0.01, 0.05, 0.1]}
-    figure = ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), values))
+    figure = ss.plot(ss.sweep(ss.models.two_subsystems(), values))
     growth, count, *bars = figure.axes
     assert growth.get_ylabel() == "friction coefficient"
     assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
@@ -42,14 +42,12 @@ def test_a_stability_map_shows_growth_and_its_border():
     for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
         assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
     with pytest.raises(ss.InputError, match=r"two values of each at least, got {'friction': 31}"):
-        ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), {"friction": values["friction"]}))
+        ss.plot(ss.sweep(ss.models.two_subsystems(), {"friction": values["friction"]}))
 
 
 def test_a_stability_map_says_once_what_one_unstable_mode_means():
     values = np.linspace(0.0, 1.5, 7)
-    figure = ss.plot.stability_map(
-        ss.sweep(ss.models.two_subsystems(), {"friction_0": values, "friction_1": values})
-    )
+    figure = ss.plot(ss.sweep(ss.models.two_subsystems(), {"friction_0": values, "friction_1": values}))
     _, bar = figure.axes
     # Between unstable and stable the ticks of the bar have at most two digits.
     ticks = bar.get_yticks()
@@ -154,4 +152,4 @@ def test_hostile_input():
         modes.plot.shapes([0], figure=5)
     grid = ss.sweep(ss.models.two_subsystems(), {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]})
     with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
-        ss.plot.loci(grid)
+        ss.plot(grid)

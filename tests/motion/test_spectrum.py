@@ -107,8 +107,8 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
     for draw in (
         lambda axes: run.plot("x2", ax=axes),
         lambda axes: cycle.plot.phase(contact=1, ax=axes),
-        lambda axes: ss.plot.spectrum(run.spectrum("x2"), ax=axes),
-        lambda axes: ss.plot.spectrum(run.spectrum("x2", end=0.1), ax=axes),
+        lambda axes: ss.plot(run.spectrum("x2"), ax=axes),
+        lambda axes: ss.plot(run.spectrum("x2", end=0.1), ax=axes),
         lambda axes: cycle.plot.outline(label="friction 1.5", ax=axes),
         lambda axes: diagram.plot("x2", ax=axes),
     ):

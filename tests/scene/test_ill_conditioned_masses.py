@@ -36,7 +36,7 @@ def refusal(question) -> str:
     """Return why a question is refused; empty if it is answered."""
     try:
         question()
-    except ss.errors.StickslipError as error:
+    except ss.StickslipError as error:
         return str(error)
     return ""
 

@@ -178,7 +178,7 @@ def test_modes_by_default_say_which_combination_it_finds():
     found = ss.steady_sliding(scene)
     assert found.combination == "dd"
     assert found.unique is True
-    with pytest.raises(ss.errors.NoSteadySlidingError, match='combination="dd"'):
+    with pytest.raises(ss.NoSteadyStateError, match='combination="dd"'):
         ss.complex_modes(scene)
     assert ss.complex_modes(scene, found.combination).combination == "dd"
 

@@ -117,7 +117,7 @@ def study(model):
 def test_a_store_refuses_a_model_that_reads_or_calls_something_else(module, tmp_path, change, place):
     """Before, 15 samples of FACTOR = 1 and 25 of FACTOR = 2 came to lie in one store."""
     study(module(**change).model).run(tmp_path / "x.zarr")
-    with pytest.raises(ss.errors.StoreError, match=f"another study; model.*{place}"):
+    with pytest.raises(ss.InputError, match=f"another study; model.*{place}"):
         study(module().model).run(tmp_path / "x.zarr")
     # The same numbers, written anew: the same study.
     assert (study(module(**change).model).run(tmp_path / "x.zarr").status == "ok").all()

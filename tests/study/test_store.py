@@ -42,7 +42,7 @@ def test_of_writers_that_start_together_one_makes_the_store(tmp_path, monkeypatc
     assert len(renamed) == count
     results = [end for end in ends if isinstance(end, xr.Dataset)]
     refused = [end for end in ends if not isinstance(end, xr.Dataset)]
-    assert all(isinstance(end, ss.errors.StoreError) for end in refused), refused
+    assert all(isinstance(end, ss.InputError) for end in refused), refused
     assert results
     assert (results[0].status == "ok").all()
     assert [path.name for path in tmp_path.iterdir()] == ["x.zarr"]
@@ -69,7 +69,7 @@ def test_a_full_disk_keeps_what_is_complete(tmp_path, monkeypatch, name):
     with monkeypatch.context() as patched:
         patched.setattr(store.ZarrStore, "array", full)
         message = "No space left on device; 20 of 96 samples are complete"
-        with pytest.raises(ss.errors.StudyError, match=message) as stopped:
+        with pytest.raises(ss.StudyError, match=message) as stopped:
             study.run(path, chunk=10, threads=1)
     partial = stopped.value.partial
     assert np.flatnonzero(partial.status != "pending").tolist() == list(range(20))
@@ -81,7 +81,7 @@ def test_a_store_that_cannot_be_made_is_a_store_error(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(store.Path, "rename", full)
-    with pytest.raises(ss.errors.StoreError, match=r"store: .*x.zarr cannot be made: .*No space left"):
+    with pytest.raises(ss.InputError, match=r"store: .*x.zarr cannot be made: .*No space left"):
         models.verdicts().run(tmp_path / "x.zarr")
     assert not list(tmp_path.iterdir())
 

@@ -127,7 +127,7 @@ def test_a_run_goes_on_where_it_stopped_and_repeats_nothing(
         return run
 
     monkeypatch.setattr(runners, "threads", counted)
-    with pytest.raises(ss.errors.StudyInterrupted) as stopped:
+    with pytest.raises(ss.Interrupted) as stopped:
         models.campaign().run(tmp_path / "x.zarr", chunk=10)
     partial = stopped.value.partial
     assert isinstance(stopped.value, KeyboardInterrupt)
@@ -193,7 +193,7 @@ def test_a_store_refuses_another_study(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "refusing.zarr"
     models.campaign().run(path)
-    with pytest.raises(ss.errors.StoreError, match="holds another study") as refused:
+    with pytest.raises(ss.InputError, match="holds another study") as refused:
         models.campaign(**changes).run(path)
     assert named in str(refused.value)
 
@@ -207,7 +207,7 @@ def test_a_store_names_the_parameter_that_differs(tmp_path: Path) -> None:
         samples=96,
         seed=7,
     )
-    with pytest.raises(ss.errors.StoreError, match=r"parameters\.vertical_stiffness_1"):
+    with pytest.raises(ss.InputError, match=r"parameters\.vertical_stiffness_1"):
         other.run(tmp_path / "x.zarr")
 
 
@@ -221,7 +221,7 @@ def test_a_store_holds_one_writer_and_nothing_else(tmp_path: Path) -> None:
     study.run(tmp_path / "x.zarr")
     with (
         store.opened(tmp_path / "x.zarr", study._layout(), 8),
-        pytest.raises(ss.errors.StoreError, match="another process or thread is writing"),
+        pytest.raises(ss.InputError, match="another process or thread is writing"),
     ):
         study.run(tmp_path / "x.zarr")
     holder = (
@@ -235,7 +235,7 @@ def test_a_store_holds_one_writer_and_nothing_else(tmp_path: Path) -> None:
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"held\n"
-        with pytest.raises(ss.errors.StoreError, match="another process"):
+        with pytest.raises(ss.InputError, match="another process"):
             study.run(tmp_path / "x.zarr")
         process.kill()
     assert study.run(tmp_path / "x.zarr").sizes["sample"] == 96
@@ -297,7 +297,7 @@ def test_what_is_complete_survives_lost_workers(tmp_path: Path) -> None:
     )
     with (
         ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool,
-        pytest.raises(ss.errors.StudyError, match="0 of 8 samples") as lost,
+        pytest.raises(ss.StudyError, match="0 of 8 samples") as lost,
     ):
         study.run(tmp_path / "x.zarr", executor=pool, chunk=2)
     assert (lost.value.partial.status == "pending").all()
@@ -325,7 +325,7 @@ def test_ctrl_c_while_a_chunk_is_written_leaves_no_half_sample(
         return run
 
     monkeypatch.setattr(runners, "threads", interrupted)
-    with pytest.raises(ss.errors.StudyInterrupted, match="20 of 96 samples are complete") as stopped:
+    with pytest.raises(ss.Interrupted, match="20 of 96 samples are complete") as stopped:
         models.verdicts().run(tmp_path / "x.zarr" if kept_in == "zarr" else None, chunk=10)
     partial = stopped.value.partial
     assert np.flatnonzero(partial.status != "pending").tolist() == list(range(20))
@@ -340,7 +340,7 @@ def test_ctrl_c_during_a_chunk_keeps_what_is_done(tmp_path: Path) -> None:
         "import sys; sys.path.insert(0, sys.argv[2]); import study_models as m, stickslip as ss\n"
         "try:\n"
         f"    m.campaign(samples={samples}).run(sys.argv[1], chunk={chunk})\n"
-        "except ss.errors.StudyInterrupted as error:\n"
+        "except ss.Interrupted as error:\n"
         "    print(str(error), '|', int((error.partial.status != 'pending').sum()))\n"
     )
     here = str(Path(models.__file__).parent)
@@ -669,7 +669,7 @@ def test_a_store_refuses_other_draws_of_the_same_seed(tmp_path: Path) -> None:
     models.verdicts().run(tmp_path / "x.zarr")
     other = models.verdicts()
     other.design[5, 1] *= 1.0 + 1e-9
-    with pytest.raises(ss.errors.StoreError, match=r"vertical_stiffness_1 of sample 5: .* other versions"):
+    with pytest.raises(ss.InputError, match=r"vertical_stiffness_1 of sample 5: .* other versions"):
         other.run(tmp_path / "x.zarr")
     other.design[5, 1] *= 1.0 - 1e-9
     assert other.run(tmp_path / "x.zarr").sizes["sample"] == 96
@@ -699,7 +699,7 @@ def test_results_go_on_with_other_libraries(tmp_path: Path, expected: xr.Dataset
     )
 
 
-@pytest.mark.parametrize("kind", [ss.errors.StudyError, ss.errors.StudyInterrupted])
+@pytest.mark.parametrize("kind", [ss.StudyError, ss.Interrupted])
 def test_errors_travel_with_what_is_done(kind: type[Exception], expected: xr.Dataset) -> None:
     error = pickle.loads(pickle.dumps(kind("12 of 96 samples", expected)))
     assert str(error) == "12 of 96 samples"

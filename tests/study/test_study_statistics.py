@@ -91,7 +91,7 @@ def test_sobol_points_have_less_variance_than_random_ones() -> None:
 def test_sobol_indices_of_a_linear_output() -> None:
     results = linear_study("saltelli", 1024, sampler_options={"second_order": True}).run()
     assert results.sizes["sample"] == 1024 * 8
-    found = ss.study.sobol_indices(results, "force")
+    found = ss.study.importance(results, "force")
     squares = np.array([weight**2 for weight in WEIGHTS.values()])
     share = squares / squares.sum()
     # Errors of scrambled Sobol' points at 1024 are some 1e-3.
@@ -104,7 +104,7 @@ def test_sobol_indices_of_a_linear_output() -> None:
 def test_morris_effects_of_a_linear_output() -> None:
     results = linear_study("morris", 10, sampler_options={"levels": 6}).run()
     assert results.sizes["sample"] == 10 * 4
-    found = ss.study.morris_effects(results, "force")
+    found = ss.study.importance(results, "force")
     # Every elementary effect is the weight: the parameters are their own probabilities.
     assert found.effect.to_numpy() == pytest.approx(list(WEIGHTS.values()), rel=1e-9)
     assert found.absolute_effect.to_numpy() == pytest.approx(list(WEIGHTS.values()), rel=1e-9)
@@ -153,8 +153,8 @@ def test_wrong_questions_are_named() -> None:
         (lambda: ss.study.probability(results, "friction", bins=[1.0, 0.5]), "bins"),
         (lambda: ss.study.distribution(results, "amplitude"), "amplitude: has a value for every dof"),
         (lambda: ss.study.distribution(results, "eigenvalue"), "expected a real output"),
-        (lambda: ss.study.sobol_indices(results, "period"), "sampler='saltelli', got 'random'"),
-        (lambda: ss.study.morris_effects(results, "period"), "sampler='morris', got 'random'"),
+        (lambda: ss.study.importance(results, "period"), "sampler='saltelli', got 'random'"),
+        (lambda: ss.study.importance(results, "period"), "sampler='morris', got 'random'"),
         (lambda: ss.study.unstacked(results), "expected those of a grid"),
         (lambda: ss.study.probability(xr.Dataset()), "expected growth_rate"),
     ):
@@ -162,23 +162,23 @@ def test_wrong_questions_are_named() -> None:
             ask()
     incomplete = models.campaign(samples=8, sampler="saltelli", outputs=["period"]).run()
     with pytest.raises(ss.InputError, match="indices need every sample"):
-        ss.study.sobol_indices(incomplete, "period")
+        ss.study.importance(incomplete, "period")
 
 
 def test_figures_draw_on_the_axes_they_are_given() -> None:
     results = models.campaign(samples=64, outputs=["growth_rate", "amplitude", "eigenvalues"]).run()
-    indices = ss.study.sobol_indices(linear_study("saltelli", 16).run(), "force")
-    effects = ss.study.morris_effects(linear_study("morris", 4).run(), "force")
-    moments = ss.study.eigenvalue_moments(models.campaign(samples=64))
+    indices = ss.study.importance(linear_study("saltelli", 16).run(), "force")
+    effects = ss.study.importance(linear_study("morris", 4).run(), "force")
+    moments = models.campaign(samples=64).eigenvalue_moments()
     _, rows = plt.subplots(2, 3)
     axes = rows.ravel()
     drawn = [
-        ss.plot.probability(ss.study.probability(results, "friction"), ax=axes[0]),
-        ss.plot.distribution(results, "amplitude", dof="x1", ax=axes[1]),
-        ss.plot.sobol_indices(indices, ax=axes[2]),
-        ss.plot.morris_effects(effects, ax=axes[3]),
-        ss.plot.convergence(ss.study.convergence(results), ax=axes[4]),
-        ss.plot.eigenvalue_moments(results, moments, 0, ax=axes[5]),
+        ss.plot(ss.study.probability(results, "friction"), ax=axes[0]),
+        ss.plot(results, "amplitude", dof="x1", ax=axes[1]),
+        ss.plot(indices, ax=axes[2]),
+        ss.plot(effects, ax=axes[3]),
+        ss.plot(ss.study.convergence(results), ax=axes[4]),
+        ss.plot(moments, results=results, ax=axes[5]),
     ]
     assert drawn == list(axes)
     assert axes[0].get_xlabel() == "friction coefficient"

@@ -20,7 +20,7 @@ PARTS = [
     "fe",
     "types",
     "files",
-    "plot",
+    "figures",
     "explorer",
     "report",
     "cli",

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from random_scenes import drawn_scenes
+from stickslip import types
 from stickslip.transient.batch import WINDOW
 
 KICK = {"x1": 1e-3}
@@ -43,7 +44,7 @@ def alone():
     starts = [(scene, ss.steady_sliding(scene).perturbed(velocity=KICK)) for scene in random_models(50)]
     runs = [ss.simulate(scene, 0.2, start) for scene, start in starts]
     assert sum(len(run.events) for run in runs) > 1000
-    return [digest(ss.types.Outcome(i, run.scene, run, None)) for i, run in enumerate(runs)]
+    return [digest(types.Outcome(i, run.scene, run, None)) for i, run in enumerate(runs)]
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5, None])
@@ -59,7 +60,7 @@ def test_many_starts_of_one_scene(drawn, threads):
     # A scene that remembers combinations gives the same motion and counts the same work.
     alone = [ss.simulate(drawn.scene.replace(), 0.02, start) for start in starts]
     together = ss.simulate_many(drawn.scene, starts, duration=0.02, threads=threads)
-    expected = [digest(ss.types.Outcome(i, drawn.scene, run, None)) for i, run in enumerate(alone)]
+    expected = [digest(types.Outcome(i, drawn.scene, run, None)) for i, run in enumerate(alone)]
     assert [digest(outcome) for outcome in together] == expected
 
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from return_map import assert_multipliers
-from stickslip.errors import NotPeriodicError
+from stickslip import NotPeriodicError
 from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck
 
 LAWS = [Stribeck(0.5, 0.3, 0.1), Rational(0.5, 0.3, 0.1), Linear(0.5, -0.2), Linear(0.4, 0.3)]

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from return_map import assert_multipliers
-from stickslip.errors import NotPeriodicError
+from stickslip import NotPeriodicError
 from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 #: Slope of a law, s/m, slider speed, m/s, given normal force, N, and spring of a node, N/m.

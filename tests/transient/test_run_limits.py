@@ -162,7 +162,7 @@ def test_a_motion_ends_at_an_event_that_no_phase_can_follow():
     assert not run.events.combination.size
     assert run.state(run.duration).combination == "d"
     assert pickle.loads(pickle.dumps(run)).duration == run.duration
-    with pytest.raises(ss.errors.NotPeriodicError):
+    with pytest.raises(ss.NotPeriodicError):
         run.limit_cycle(further=0.0)
 
 

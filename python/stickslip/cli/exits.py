@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from stickslip.faults import InputError, StoreError, StudyError
+from stickslip.faults import InputError, StudyError
 from stickslip.motion.errors import RunError
 
 DONE = 0
@@ -78,7 +78,7 @@ def _ended() -> Iterator[None]:
     """Turn what ends a command into a message and an exit code."""
     try:
         yield
-    except (InputError, StoreError) as error:
+    except InputError as error:
         raise Refused(str(error)) from error
     except (RunError, StudyError) as error:
         raise Stopped(str(error)) from error

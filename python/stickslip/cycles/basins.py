@@ -21,7 +21,7 @@ from stickslip.cycles.attractors import (
 )
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import InputError, SearchInterrupted
+from stickslip.faults import InputError, Interrupted
 from stickslip.scene.checks import Real, finite_time
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import axis, divided
@@ -94,7 +94,7 @@ class Basins(Shown):
         return Summary(facts, [Table("Attractors", ("number", "attractor", "starts"), rows)])
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the map, one shade for each attractor, as `ss.plot.basins`; return the Axes.
+        """Draw the map, one shade for each attractor; return the Axes.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ def basins(
     ------
     InputError
         If there are not exactly two axes, or a dof or parameter is unknown.
-    SearchInterrupted
+    Interrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the map with -2 where nothing was computed.
     """
     arrays, fixed = divided(model, {} if parameters is None else parameters)
@@ -196,7 +196,7 @@ def basins(
     result = Basins(labelled, tuple(attractors))
     if isinstance(interruption, KeyboardInterrupt):
         done = sum(outcome is not None for outcome in found)
-        raise SearchInterrupted(result, done, len(valid)) from None
+        raise Interrupted(f"interrupted after {done} of {len(valid)} motions", result) from None
     if interruption is not None:
         raise interruption
     return result

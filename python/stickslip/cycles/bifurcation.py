@@ -19,7 +19,7 @@ from stickslip.cycles.attractors import (
     stretch_of,
 )
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import SearchInterrupted
+from stickslip.faults import Interrupted
 from stickslip.scene.checks import Index, Real, finite_time
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import along, parameter_of
@@ -61,7 +61,7 @@ class Diagram(Shown):
         return Summary([("cycles", f"{count} at {len(rows)} values")], [Table("Cycles", headings, rows)])
 
     def plot(self, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw the amplitude of a dof over the parameter, as `ss.plot.bifurcation`; return the Axes.
+        """Draw the amplitude of a dof over the parameter; return the Axes.
 
         Parameters
         ----------
@@ -141,7 +141,7 @@ def bifurcation(
     InputError
         If the parameter is unknown, there is not exactly one array, a value is not finite, or a scene or
         start is ill-posed.
-    SearchInterrupted
+    Interrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the values done by then.
     """
     name, values, scene_at = along(model, parameters)
@@ -158,7 +158,7 @@ def bifurcation(
     result = _diagram(model, name, values[done], [scenes[k] for k in done], [found[k] for k in done])
     result.data["restarted"] = (name, restarted[done])
     if isinstance(interruption, KeyboardInterrupt):
-        raise SearchInterrupted(result, len(done), values.size) from None
+        raise Interrupted(f"interrupted after {len(done)} of {values.size} motions", result) from None
     if interruption is not None:
         raise interruption
     return result

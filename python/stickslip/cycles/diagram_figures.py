@@ -11,6 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from stickslip.cycles.attractors import UNKNOWN
 from stickslip.scene.checks import Real
+from stickslip.scene.contact import dof_index
 from stickslip.scene.parameters.values import parameter_of
 from stickslip.show.plots import axes_of
 from stickslip.show.style import MARKERS, quantity
@@ -33,10 +34,11 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
     if dof is None:
         largest = data.amplitude.fillna(0.0).to_numpy().max(axis=0, initial=0.0)
         dof = str(data.dof.to_numpy()[largest.argmax()])
+    index = dof_index("dof", dof, data.dof.to_numpy().tolist())
     axes = axes_of(ax)
     parameter = parameter_of(data.period)
     values = data[parameter].to_numpy()
-    amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
+    amplitude = MICROMETRES * data.amplitude.isel(dof=index).to_numpy()
     sequences = data.sequence.to_numpy()
     stability = data.stability.to_numpy()
     known = {"stable": "full", "unstable": "none"}

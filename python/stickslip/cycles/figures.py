@@ -7,8 +7,8 @@ from typing import Protocol
 import xarray as xr
 from matplotlib.axes import Axes
 
-from stickslip.motion.figures import SAMPLES, Moving, MovingPlots, largest, spectrum, tangential
-from stickslip.scene.contact import contact_index, dof_index
+from stickslip.motion.figures import SAMPLES, Moving, MovingPlots, spectrum, tangential
+from stickslip.scene.contact import contact_index
 from stickslip.show.plots import axes_of
 from stickslip.show.style import OVERLAY
 from stickslip.show.units import TIMES, measured
@@ -107,10 +107,7 @@ class CyclePlots(MovingPlots[Periodic]):
         InputError
             If the dof is unknown.
         """
-        lines = self._result.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-        dofs = self._run.scene.dofs
-        named = largest(lines) if dof is None else lines.isel(dof=dof_index("dof", dof, dofs))
-        return spectrum(named, label=label, ax=ax)
+        return spectrum(self._result.harmonics(), dof, label=label, ax=ax)
 
     def _title(self) -> str:
         sequence = " → ".join(self._result.combinations)

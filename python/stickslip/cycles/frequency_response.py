@@ -13,7 +13,7 @@ import xarray as xr
 from stickslip.cycles.attractors import Outcome, is_valid, settled
 from stickslip.cycles.branches.arclength import trace
 from stickslip.cycles.cycle import Cycle
-from stickslip.faults import InputError, OrbitError, SearchInterrupted
+from stickslip.faults import InputError, Interrupted, OrbitError
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index, nearest
 from stickslip.scene.loads.in_time import Harmonic
@@ -150,7 +150,7 @@ def frequency_response(
     InputError
         If there is not exactly one array, it is no frequency of a load, a frequency is not positive, or a
         scene or start is ill-posed.
-    SearchInterrupted
+    Interrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the orbits found by then.
     """
     field, given, scene_at = along(checked(scene), parameters)
@@ -206,7 +206,7 @@ def frequency_response(
     )
     response = FrequencyResponse(data, cycles)
     if stopped is not None:
-        raise SearchInterrupted(response, done, 2 * len(values)) from None
+        raise Interrupted(f"interrupted after {done} of {2 * len(values)} motions", response) from None
     return response
 
 

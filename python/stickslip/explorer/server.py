@@ -13,11 +13,11 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
 
-from stickslip.errors import StickslipError
 from stickslip.explorer.copies import drawn, heard, texts
 from stickslip.explorer.maps import loci, verdicts
 from stickslip.explorer.picture import picture
 from stickslip.explorer.wanted import Explored, MalformedError, Wanted
+from stickslip.faults import StickslipError
 
 ADDRESS = "127.0.0.1"
 #: What the page is made of; nothing else is read.

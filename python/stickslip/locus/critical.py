@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip import _core
-from stickslip.faults import InputError, NoSteadySlidingError, NoSteadyStateError
+from stickslip.faults import InputError, NoSteadyStateError
 from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.path import Sliding
 from stickslip.locus.points import KINDS, CriticalPoint, CriticalPoints, Kind
@@ -196,7 +196,7 @@ def _warn_of_lock_in(
         scene = sliding.family.scene({**fixed, name: value})
         try:
             eigenvalues = complex_modes(scene, sliding.letters(scene)).eigenvalues
-        except (NoSteadySlidingError, NoSteadyStateError):
+        except NoSteadyStateError:
             return False
         return bool((eigenvalues.real > _NEUTRAL * np.abs(eigenvalues)).any())
 

@@ -67,7 +67,7 @@ def complex_modes(
         If `combination` does not fit the scene, or a slider speed is zero where none is given; if `band`,
         `growth`, `near`, `count` or `transverse` is ill-posed, or both `band` and `near` are given.
         If a contact slips without mass at a speed at which its law of friction has levelled off.
-    NoSteadySlidingError
+    NoSteadyStateError
         If none is given and a contact would pull in steady sliding. With a combination the modes are computed
         whether or not the static load keeps its contacts closed.
 

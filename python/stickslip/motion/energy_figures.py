@@ -7,10 +7,12 @@ from typing import Protocol
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from stickslip.show.plots import Plots, axes_of
+from stickslip.faults import InputError
+from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import COLOURS, CONTACT
 from stickslip.show.units import ENERGIES, measured
 
@@ -164,17 +166,8 @@ def _bands(axes: Axes, inputs: list[Flow], outputs: list[Flow], scale: float) ->
     axes.set(xlim=(-1.75, 1.75), ylim=(-0.95, 0.95))
 
 
-def stored_energy(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Stack elastic and kinetic energy over time; return the Axes.
-
-    Parameters
-    ----------
-    flow
-        From ``run.energy(times)``.
-    ax
-        Where to draw; None: on axes of its own.
-    """
-    axes = axes_of(ax)
+def _stored(flow: xr.Dataset, axes: Axes) -> None:
+    """Stack elastic and kinetic energy over time."""
     axes.stackplot(
         flow.time,
         1e3 * flow.elastic,
@@ -186,20 +179,10 @@ def stored_energy(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     # The preload stores far more than what moves: leave it out below.
     axes.set(ylabel="energy, mJ", ylim=(1e3 * 0.9 * lowest, None))
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return axes
 
 
-def energy_rate(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Draw dE/dt from the state equation, and dashed the sum of the powers; return the Axes.
-
-    Parameters
-    ----------
-    flow
-        From ``run.energy(times)``.
-    ax
-        Where to draw; None: on axes of its own.
-    """
-    axes = axes_of(ax)
+def _rate(flow: xr.Dataset, axes: Axes) -> None:
+    """Draw dE/dt from the state equation, and dashed the sum of the powers."""
     total = flow.contact_power.sum("contact") + flow.external_power - flow.damping_power
     total = total + flow.circulatory_power
     axes.plot(flow.time, flow.energy_rate, color=RATE, linewidth=1.0, label="dE/dt")
@@ -207,22 +190,13 @@ def energy_rate(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("rate, W")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return axes
 
 
-def power_terms(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Draw the powers through contacts, of constant forces and of dampers; return the Axes.
+def _powers(flow: xr.Dataset, axes: Axes) -> None:
+    """Draw the powers through contacts, of constant forces and of dampers.
 
     Of more than four contacts the three of largest power are drawn, and the sum of the others.
-
-    Parameters
-    ----------
-    flow
-        From ``run.energy(times)``.
-    ax
-        Where to draw; None: on axes of its own.
     """
-    axes = axes_of(ax)
     labels, powers = flow.contact.to_numpy(), flow.contact_power.transpose("contact", "time").to_numpy()
     shown = leading_contacts(flow)
     curves = [(f"contact {labels[i]}", powers[i]) for i in shown]
@@ -239,6 +213,30 @@ def power_terms(flow: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("power, W")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+#: Pictures of the energies of a motion by name.
+PARTS = {"stored": _stored, "rate": _rate, "powers": _powers}
+
+
+def energies(
+    flow: xr.Dataset,
+    part: str | None = None,
+    *,
+    ax: Axes | None = None,
+    figure: FigureBase | None = None,
+) -> Axes | Figure:
+    """Draw what `Motion.energy` returns: one of `PARTS` on axes, or all of them in a Figure."""
+    if part is None:
+        drawn, panels = panels_of(figure, (3, 1), (9.0, 7.0), sharex=True, height_ratios=[3.0, 2.0, 3.0])
+        for name, axes in zip(PARTS, panels, strict=True):
+            PARTS[name](flow, axes)
+        panels[-1].set(xlabel="time, s", xlim=(float(flow.time[0]), float(flow.time[-1])))
+        return figure_of(drawn)
+    if part not in PARTS:
+        raise InputError(f"what: expected one of {list(PARTS)}, got {part!r}")
+    axes = axes_of(ax)
+    PARTS[part](flow, axes)
     return axes
 
 

@@ -23,20 +23,8 @@ class RunError(StickslipError, RuntimeError):
         super().__init__(message)
         self.partial = partial
 
-    # An exception is otherwise made again from its message alone.
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.partial)
-
-
-class RunInterrupted(KeyboardInterrupt):
-    """A run that the user interrupted; `partial` is the motion computed so far."""
-
-    def __init__(self, partial: Motion) -> None:
-        super().__init__(f"interrupted after {partial.duration:g} s of motion")
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.partial,)
 
 
 class NotPeriodicError(RunError):

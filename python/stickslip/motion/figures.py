@@ -17,7 +17,7 @@ from matplotlib.path import Path
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.motion.energy_figures import energy_rate, leading_contacts, power_terms, stored_energy
+from stickslip.motion.energy_figures import PARTS, energies, leading_contacts
 from stickslip.motion.events import Events
 from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
@@ -238,14 +238,13 @@ class MovingPlots(Plots[Owner]):
         flow = run.energy(np.linspace(begin, last, ENERGY))
         rows = [3.0, 2.0, 3.0, 0.35 * min(len(run.scene.contacts), len(CONTACT)) + 0.3]
         drawn, panels = panels_of(figure, (4, 1), (9.0, 8.0), sharex=True, height_ratios=rows)
-        stored, rate, powers, status = panels
-        stored_energy(flow, ax=stored)
-        energy_rate(flow, ax=rate)
-        power_terms(flow, ax=powers)
+        for part, axes in zip(PARTS, panels, strict=False):
+            energies(flow, part, ax=axes)
+        status = panels[3]
         if run.scene.contacts:
             _statuses(status, run, leading_contacts(flow))
         status.set_xlabel("time, s")
-        stored.set_xlim(begin, last)
+        status.set_xlim(begin, last)
         return figure_of(drawn)
 
 
@@ -322,29 +321,23 @@ class MotionPlots(MovingPlots[Moving]):
         NotPeriodicError
             If lines of a limit cycle are drawn and the motion settles to none.
         """
-        lines = self._run.spectrum(dof, begin=begin, end=end)
-        return spectrum(lines if dof is not None else largest(lines), label=label, ax=ax)
+        return spectrum(self._run.spectrum(dof, begin=begin, end=end), label=label, ax=ax)
 
 
-def spectrum(lines: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw a spectrum of one dof, stems for exact lines and a curve for a sampled stretch; return the Axes.
-
-    Parameters
-    ----------
-    lines
-        From ``run.spectrum`` of one dof; amplitudes are on a logarithmic scale of six decades.
-    label
-        Name of the curve for a legend.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+def spectrum(
+    lines: xr.Dataset, dof: str | None = None, *, label: str | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw a spectrum over six decades, stems for exact lines and a curve for a sampled stretch."""
     axes = axes_of(ax)
+    if "dof" in lines.dims:
+        index = None if dof is None else dof_index("dof", dof, lines.dof.to_numpy().tolist())
+        lines = _largest(lines) if index is None else lines.isel(dof=index)
     frequency = lines.frequency.to_numpy()
     amplitude = MICROMETRES * lines.amplitude.to_numpy()
     moving = frequency > 0.0
     floor = FLOOR * amplitude[moving].max()
     seen = moving & (amplitude >= floor)
-    if lines.attrs.get("method") == "exact":
+    if lines.attrs.get("method") == "exact" or "harmonic" in lines.dims:
         axes.vlines(frequency[seen], floor, amplitude[seen], color=OVERLAY[0][0], linewidth=1.0)
         axes.plot(frequency[moving], amplitude[moving], "o", markersize=3, color=OVERLAY[0][0], label=label)
     else:
@@ -355,10 +348,10 @@ def spectrum(lines: xr.Dataset, *, label: str | None = None, ax: Axes | None = N
     return axes
 
 
-def largest(lines: xr.Dataset) -> xr.Dataset:
+def _largest(lines: xr.Dataset) -> xr.Dataset:
     """Return the lines of the dof with the largest amplitude beside the mean."""
     moving = lines.amplitude.where(lines.frequency > 0.0, 0.0)
-    return lines.isel(dof=int(moving.max("frequency").argmax("dof")))
+    return lines.isel(dof=int(moving.max(lines.frequency.dims[0]).argmax("dof")))
 
 
 def _displacement(

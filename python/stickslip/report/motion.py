@@ -9,10 +9,9 @@ import xarray as xr
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from stickslip import plot
 from stickslip.motion.energy import STATUSES
 from stickslip.motion.events import LOAD
-from stickslip.motion.figures import SAMPLES
+from stickslip.motion.figures import SAMPLES, spectrum
 from stickslip.motion.motion import Motion
 from stickslip.report.findings import AT_REST, BIG, Findings
 from stickslip.show import svg as drawing
@@ -177,7 +176,7 @@ def spectrum_section(found: Findings) -> Markup:
     with drawing.style():
         drawn = _panels(len(dofs), 1.6)
         for axes, dof in zip(drawn.axes, dofs, strict=True):
-            plot.spectrum(found.lines.sel(dof=dof), ax=axes)
+            spectrum(found.lines, dof, ax=axes)
             largest = 1e6 * float(found.lines.amplitude.sel(dof=dof)[1:].max())
             axes.set(title=dof, ylim=(1e-6 * largest, 2.0 * largest) if largest > 0.0 else None)
             axes.label_outer()

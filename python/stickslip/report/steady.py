@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse
 from markupsafe import Markup
 
-from stickslip import plot
 from stickslip.faults import InputError
+from stickslip.locus.figures import loci
 from stickslip.modes.modes import Modes
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
@@ -234,7 +234,7 @@ def loci_section(found: Findings) -> Markup:
     what += "" if unit == "1" else f", {unit}"
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
-        drawn = plot.loci(found.loci, critical=found.critical)
+        drawn = loci(found.loci, critical=found.critical)
     exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"

@@ -381,7 +381,7 @@ def checked_combination(scene: Any, combination: Any) -> str:
     ------
     InputError
         If `scene` is no scene, `combination` no text, or a slider speed zero where none is given.
-    NoSteadySlidingError
+    NoSteadyStateError
         If none is given and a contact would pull.
     """
     count = len(checked(scene).contacts)

@@ -4,27 +4,18 @@ Data flows one way: parameters and samplers -> design -> outputs of every sample
 statistics -> figures (`stickslip.plot`).
 """
 
-from stickslip.study.importance import morris_effects, sobol_indices
+from stickslip.study.importance import importance
 from stickslip.study.parameters import GaussianCopula
-from stickslip.study.perturbation import eigenvalue_moments
-from stickslip.study.sample.outputs import OUTPUTS, Output
-from stickslip.study.samplers import unit_design
-from stickslip.study.statistics import convergence, distribution, probability, unstable, unstacked
-from stickslip.study.study import Study
+from stickslip.study.sample.outputs import Output
+from stickslip.study.statistics import convergence, distribution, probability, unstacked
 
 __all__ = [
-    "OUTPUTS",
     "GaussianCopula",
     "Output",
-    "Study",
     "convergence",
     "distribution",
-    "eigenvalue_moments",
-    "morris_effects",
+    "importance",
     "probability",
-    "sobol_indices",
-    "unit_design",
-    "unstable",
     "unstacked",
 ]
 

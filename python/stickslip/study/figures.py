@@ -185,16 +185,21 @@ def convergence(estimates: xr.Dataset, *, label: str | None = None, ax: Axes | N
 
 
 def eigenvalue_moments(
-    results: xr.Dataset, moments: xr.Dataset, mode: int, *, most: int = 5000, ax: Axes | None = None
+    moments: xr.Dataset,
+    *,
+    results: xr.Dataset,
+    mode: int = 0,
+    most: int = 5000,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw one eigenvalue of the samples, and two deviations of first order as an ellipse; return the Axes.
 
     Parameters
     ----------
+    moments
+        Result of `Study.eigenvalue_moments`.
     results
         Results of a study with the output ``eigenvalues``.
-    moments
-        Result of `study.eigenvalue_moments`.
     mode
         Number of the mode.
     most

@@ -18,15 +18,15 @@ from stickslip.study.statistics import Condition, sample_values, units_of
 BOOTSTRAP = 0
 
 
-def sobol_indices(
+def importance(
     results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
 ) -> xr.Dataset:
-    """Return first-order and total Sobol' indices: the part of the variance that a parameter explains.
+    """Return how much each parameter counts for an output: Sobol' indices or Morris' elementary effects.
 
     Parameters
     ----------
     results
-        Results of a study with the sampler ``saltelli``.
+        Results of a study with the sampler ``saltelli`` or ``morris``.
     output
         A real output with a value for every sample; ``unstable`` says whether sliding is unstable.
     condition
@@ -39,76 +39,59 @@ def sobol_indices(
     Returns
     -------
     xarray.Dataset
-        Over ``parameter``: ``first`` (alone), ``total`` (with all interactions), ``first_band`` and
-        ``total_band``, half-widths; of a design with ``second_order``: ``second`` (parameter, other).
+        Over ``parameter``. ``saltelli``: Sobol' indices, the part of the variance that a parameter explains,
+        ``first`` (alone), ``total`` (with all interactions), ``first_band`` and ``total_band``, half-widths;
+        of a design with ``second_order``: ``second`` (parameter, other). ``morris``: elementary effects, the
+        change of the output as the parameter crosses its distribution, in the unit of the output per unit of
+        probability: means ``effect`` and ``absolute_effect`` with its ``band`` (half-width), and
+        ``deviation``, large for interactions and nonlinearity.
 
     Raises
     ------
     InputError
         If the design is another one, SALib is missing, or a sample has no value.
     """
-    described, names = _described(results, "saltelli")
-    second = bool(described["sampler_options"].get("second_order", False))
+    described = json.loads(results.attrs.get("identity", "{}"))
+    sampler = described.get("sampler")
+    if sampler not in ("saltelli", "morris"):
+        raise InputError(f"results: expected a study with sampler='saltelli' or 'morris', got {sampler!r}")
     y = _complete(results, output, condition, labels)
+    found = (_sobol if sampler == "saltelli" else _morris)(described, y, confidence)
+    units = {} if sampler == "saltelli" else {"units": units_of(results, output, condition)}
+    return found.assign_attrs(output=output, confidence=confidence, **units)
+
+
+def _sobol(described: dict[str, Any], y: Real, confidence: float) -> xr.Dataset:
+    names = list(described["parameters"])
+    second = bool(described["sampler_options"].get("second_order", False))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         found = salib("analyze.sobol").analyze(
-            problem(names), y, calc_second_order=second, conf_level=confidence, seed=BOOTSTRAP
+            problem(tuple(names)), y, calc_second_order=second, conf_level=confidence, seed=BOOTSTRAP
         )
-    rows: dict[str, Any] = {
-        "first": ("parameter", found["S1"]),
-        "first_band": ("parameter", found["S1_conf"]),
-        "total": ("parameter", found["ST"]),
-        "total_band": ("parameter", found["ST_conf"]),
-    }
+    keys = {"first": "S1", "first_band": "S1_conf", "total": "ST", "total_band": "ST_conf"}
+    rows: dict[str, Any] = {name: ("parameter", found[key]) for name, key in keys.items()}
     if second:
         pairs = np.nan_to_num(found["S2"])
         rows["second"] = (("parameter", "other"), pairs + pairs.T)
-    coords = {"parameter": list(names)} | ({"other": list(names)} if second else {})
-    return xr.Dataset(rows, coords=coords, attrs={"output": output, "confidence": confidence})
+    return xr.Dataset(rows, coords={"parameter": names} | ({"other": names} if second else {}))
 
 
-def morris_effects(
-    results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
-) -> xr.Dataset:
-    """Return Morris' elementary effects of an output: its change as a parameter crosses its distribution.
-
-    Parameters
-    ----------
-    results
-        Results of a study with the sampler ``morris``.
-    output, condition, confidence, **labels
-        As for `sobol_indices`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``parameter``, in the unit of the output per unit of probability: means ``effect`` and
-        ``absolute_effect`` with its ``band`` (half-width), and ``deviation``, large for interactions and
-        nonlinearity.
-
-    Raises
-    ------
-    InputError
-        If the design is another one, SALib is missing, or a sample has no value.
-    """
-    described, names = _described(results, "morris")
-    options = described["sampler_options"]
+def _morris(described: dict[str, Any], y: Real, confidence: float) -> xr.Dataset:
+    names, options = list(described["parameters"]), described["sampler_options"]
     levels = options.get("levels", LEVELS)
     unit = unit_design("morris", described["samples"], len(names), described["seed"], options)
     # As SALib made it: its levels are k / (levels - 1).
     x = np.rint(unit * levels - 0.5) / (levels - 1)
-    y = _complete(results, output, condition, labels)
     found = salib("analyze.morris").analyze(
-        problem(names), x, y, num_levels=levels, conf_level=confidence, seed=BOOTSTRAP
+        problem(tuple(names)), x, y, num_levels=levels, conf_level=confidence, seed=BOOTSTRAP
     )
     # A step between levels is shorter in probability than in SALib's unit cube.
     scale = levels / (levels - 1)
     keys = {"effect": "mu", "absolute_effect": "mu_star", "deviation": "sigma", "band": "mu_star_conf"}
     return xr.Dataset(
         {name: ("parameter", scale * np.asarray(found[key], dtype=float)) for name, key in keys.items()},
-        coords={"parameter": list(names)},
-        attrs={"output": output, "confidence": confidence, "units": units_of(results, output, condition)},
+        coords={"parameter": names},
     )
 
 
@@ -127,12 +110,3 @@ def _complete(results: xr.Dataset, output: str, condition: Condition, labels: di
             f"{str(reason.status.item())!r} {str(reason.reason.item())!r}"
         )
     return values
-
-
-def _described(results: xr.Dataset, sampler: str) -> tuple[dict[str, Any], tuple[str, ...]]:
-    described = json.loads(results.attrs.get("identity", "{}"))
-    if described.get("sampler") != sampler:
-        raise InputError(
-            f"results: expected a study with sampler={sampler!r}, got {described.get('sampler')!r}"
-        )
-    return described, tuple(described["parameters"])

@@ -9,49 +9,29 @@ exact to first order of the spread; the gradients g are those of `sensitivity`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from stickslip.locus.sensitivity import sensitivity
 from stickslip.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from stickslip.study.study import Study
+from stickslip.study.parameters import Parameters
 
 
-def eigenvalue_moments(study: Study) -> xr.Dataset:
-    """Return mean and covariance of the eigenvalues of sliding, to first order of the spread.
-
-    Parameters
-    ----------
-    study
-        A study whose distributions have a variance.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``mode``, the modes at the mean of the parameters: ``eigenvalue`` there, 1/s; ``covariance``
-        (mode, part, other) of real and imaginary part, 1/s^2; ``growth_deviation``, standard deviation of the
-        real part, 1/s; ``frequency_deviation`` of the modulus over 2 pi, Hz; ``share`` (parameter, mode) of
-        the variance of the real part that a parameter has alone (sums to 1 where they are independent);
-        ``gradient`` (parameter, mode). Values of a defective mode are
-        nan: its derivative is unbounded, so first order says nothing about it.
-
-    Raises
-    ------
-    InputError
-        If a distribution has no variance, or the model is not smooth at the mean.
-    """
-    mean, covariance = study.parameters.moments()
-    names = study.parameters.names
+def eigenvalue_moments(
+    parameters: Parameters, scene_of: Callable[[Any], Scene], combination: str | None
+) -> xr.Dataset:
+    """Return what `Study.eigenvalue_moments` does."""
+    mean, covariance = parameters.moments()
+    names = parameters.names
 
     def model(**values: float) -> Scene:
-        return study.scene_of([values[name] for name in names])
+        return scene_of([values[name] for name in names])
 
     point = dict(zip(names, mean.tolist(), strict=True))
-    found = sensitivity(model, point, combination=study.settings.combination)
+    found = sensitivity(model, point, combination=combination)
     gradient = found.derivative.to_numpy()
     value = found.eigenvalue.to_numpy()
     parts = np.stack([gradient.real, gradient.imag])  # (part, parameter, mode)

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.faults import InputError, StudyError, StudyInterrupted
+from stickslip.faults import InputError, Interrupted, StudyError
 from stickslip.scene.checks import Real, check_memory, finite_time, real_array, whole_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import interval
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
 from stickslip.study.parameters import parameters as listed_parameters
+from stickslip.study.perturbation import eigenvalue_moments
 from stickslip.study.run import identity, runners
 from stickslip.study.run.store import Layout, Store, opened
 from stickslip.study.sample.evaluation import Evaluation, Labels, Settings
+from stickslip.study.sample.outputs import OUTPUTS
 from stickslip.study.sample.outputs import outputs as listed_outputs
 from stickslip.study.samplers import unit_design
 from stickslip.transient.trajectory import FURTHER
@@ -55,17 +57,20 @@ class Study:
         Name to frozen ``scipy.stats`` distribution; tuple of names to `study.GaussianCopula` or frozen
         ``multivariate_normal``; or name to values (k,), for a grid of all combinations.
     outputs
-        Names (see `study.OUTPUTS`), functions of the trajectory, or mappings of names to functions or
+        Names (those of `Study.OUTPUTS`), functions of the trajectory, or mappings of names to functions or
         `study.Output`.
     samples
         Number of samples; for ``saltelli`` and ``morris`` the base number, see `size`. None for a grid.
     seed
         >= 0.
     sampler
-        ``random``, ``latin_hypercube``, ``sobol``, ``saltelli``, ``morris``, see `study.unit_design`; or
-        points of the unit cube of your own, (n, parameters).
+        ``random``; ``latin_hypercube``; ``sobol``, scrambled; ``saltelli``, the design of Sobol' indices with
+        ``samples (p + 2)`` rows for p parameters (Saltelli 2002; Saltelli et al. 2010); ``morris``,
+        ``samples`` trajectories of ``p + 1`` rows over levels of probability (Morris 1991); or points of the
+        unit cube of your own, (n, p).
     sampler_options
-        Options of the sampler.
+        ``sobol``: ``scramble``, a bool; ``saltelli``: ``second_order``, with which it has ``samples (2 p +
+        2)`` rows; ``morris``: ``levels``, an even number, 4 if not given.
     fixed
         Other arguments of the model.
     combination
@@ -97,6 +102,9 @@ class Study:
     found), ``max_events``, ``unbounded``, ``chattering``, ``failed`` (the motion has no consistent
     continuation) and ``error`` (a function raised).
     """
+
+    #: Outputs by name, with dimensions, type and meaning.
+    OUTPUTS: ClassVar = OUTPUTS
 
     def __init__(
         self,
@@ -298,13 +306,12 @@ class Study:
         Raises
         ------
         InputError
-            If an argument is ill-posed.
-        StoreError
-            If the store holds another study or cannot be made, or another process writes to it.
+            If an argument is ill-posed, the store holds another study or cannot be made, or another process
+            writes to it.
         StudyError
             If the workers are lost or the store cannot be written, as on a full disk; what is complete is in
             its `partial`.
-        StudyInterrupted
+        Interrupted
             On Ctrl-C, a ``KeyboardInterrupt``; what is complete is in its `partial`.
         """
         default = MOTIONS if self.outputs.moves or self.outputs.asks("hopf") else VERDICTS
@@ -321,12 +328,32 @@ class Study:
                     bar.advance(task, len(columns["status"]))
             except KeyboardInterrupt as error:
                 partial = results.dataset()
-                raise StudyInterrupted(self._so_far(partial), partial) from error
+                raise Interrupted(self._so_far(partial), partial) from error
             # Errors of a model are results: an error of the system is one of the store.
             except (runners.WorkersLostError, OSError) as error:
                 partial = results.dataset()
                 raise StudyError(f"{error}; {self._so_far(partial)}", partial) from error
             return results.dataset()
+
+    def eigenvalue_moments(self) -> xr.Dataset:
+        """Return mean and covariance of the eigenvalues of sliding, to first order of the spread.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``mode``, the modes at the mean of the parameters: ``eigenvalue`` there, 1/s; ``covariance``
+            (mode, part, other) of real and imaginary part, 1/s^2; ``growth_deviation``, standard deviation of
+            the real part, 1/s; ``frequency_deviation`` of the modulus over 2 pi, Hz; ``share`` (parameter,
+            mode) of the variance of the real part that a parameter has alone (sums to 1 where they are
+            independent); ``gradient`` (parameter, mode). Values of a defective mode are nan: its derivative
+            is unbounded, so first order says nothing about it.
+
+        Raises
+        ------
+        InputError
+            If a distribution has no variance, or the model is not smooth at the mean.
+        """
+        return eigenvalue_moments(self.parameters, self.scene_of, self.settings.combination)
 
     def _rows(self, results: Store, chunk: int) -> Real:
         return self.design[chunk * results.chunk : (chunk + 1) * results.chunk]

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from stickslip import _core
 from stickslip.cycles.attractors import disturbed_sliding
-from stickslip.faults import InputError
-from stickslip.motion.errors import RunError, RunInterrupted
+from stickslip.faults import InputError, Interrupted
+from stickslip.motion.errors import RunError
 from stickslip.scene.checks import real_number, whole_number
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
@@ -60,7 +60,7 @@ def simulate(
         and no steady sliding.
     RunError
         If the motion cannot be continued; `RunError.partial` holds it up to there.
-    RunInterrupted
+    Interrupted
         On Ctrl-C; a `KeyboardInterrupt` that holds the motion up to there.
     """
     checked(scene)
@@ -73,7 +73,7 @@ def simulate(
     if run.stop_reason in ("failed", "chattering"):
         raise RunError(core.stop_message, run)
     if run.stop_reason == "interrupted":
-        raise RunInterrupted(run)
+        raise Interrupted(f"interrupted after {run.duration:g} s of motion", run)
     return run
 
 

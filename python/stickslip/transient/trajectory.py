@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip import _core
-from stickslip.faults import OrbitError
-from stickslip.motion.errors import NotPeriodicError, RunInterrupted
+from stickslip.faults import Interrupted, OrbitError
+from stickslip.motion.errors import NotPeriodicError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time
 from stickslip.scene.contact import dof_index
@@ -67,7 +67,7 @@ class Trajectory(Motion):
         InputError
             If `further` is negative or not finite, `time_limit` not positive and finite, or `method` no known
             word.
-        RunInterrupted
+        Interrupted
             On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
         """
         from stickslip.cycles.attractors import described
@@ -86,7 +86,7 @@ class Trajectory(Motion):
             return Cycle(self.scene, core)
         ended = self if last is None else replace(self, start=self.state(self.duration), core=last)
         if ended.stop_reason == "interrupted":
-            raise RunInterrupted(ended)
+            raise Interrupted(f"interrupted after {ended.duration:g} s of motion", ended)
         label, message = described(kind, growth, ended.core.stop_message)
         if label == "undecided" and not len(self.events) and not len(ended.events):
             message += (

@@ -7,8 +7,7 @@ use stickslip_core::{Error, RunFailure};
 /// The Python exception of ill-posed input.
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
-        Error::NoSteadySliding { .. } => "NoSteadySlidingError",
-        Error::NoSteadyState { .. } => "NoSteadyStateError",
+        Error::NoSteadySliding { .. } | Error::NoSteadyState { .. } => "NoSteadyStateError",
         _ => "InputError",
     };
     named(py, class, &error.to_string())

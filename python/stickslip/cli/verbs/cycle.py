@@ -56,7 +56,7 @@ def cycle(
     try:
         with waiting("looking for the limit cycle"):
             found = case.simulate(**settings).limit_cycle(further, time_limit=time_limit)
-    except ss.errors.NotPeriodicError as error:
+    except ss.NotPeriodicError as error:
         if error.kind in ("stopped", "undecided"):
             # There is no answer, so the answer is not no.
             raise

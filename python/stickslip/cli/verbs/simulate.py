@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import stickslip as ss
+from stickslip import types
 from stickslip.cli.options import (
     Answer,
     Number,
@@ -62,7 +63,7 @@ def simulate(
     for dof in dofs:
         dof_index("--dof", dof, case.scene.dofs)
 
-    def give(run: ss.types.Motion) -> None:
+    def give(run: types.Motion) -> None:
         answer.give(
             lambda: run.to_dataset(samples),
             ("event",) if events else ("time",),
@@ -73,7 +74,7 @@ def simulate(
     try:
         with waiting("simulating"):
             run = case.simulate(max_events=max_events, time_limit=time_limit, **settings)
-    except (ss.RunError, ss.errors.RunInterrupted) as error:
+    except (ss.RunError, ss.Interrupted) as error:
         if error.partial is not None:
             give(error.partial)
         raise
@@ -86,5 +87,5 @@ def simulate(
         )
 
 
-def _figure(run: ss.types.Motion, dofs: tuple[str, ...]) -> Figure:
+def _figure(run: types.Motion, dofs: tuple[str, ...]) -> Figure:
     return run.plot.history(dofs or None)

@@ -102,15 +102,13 @@ def study(
     )
 
     def give(results: xr.Dataset) -> None:
-        from stickslip.plot import study as drawn
-
         answer.give(
-            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: drawn(results)
+            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: ss.plot(results)
         )
 
     try:
         results = made.run(store, threads=threads)
-    except (ss.errors.StudyError, ss.errors.StudyInterrupted) as error:
+    except (ss.StudyError, ss.Interrupted) as error:
         give(error.partial)
         raise
     give(results)

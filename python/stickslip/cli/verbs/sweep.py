@@ -72,15 +72,11 @@ def sweep(
     if modes is not None and len(values) == 2:
         raise click.UsageError("--modes follows modes over one parameter, not over two")
     branches = ss.sweep(case.model, values, combination=combination, modes=modes)
-    from stickslip.plot import loci, stability_map
-
-    figure = loci if len(values) == 1 else stability_map
-
     answer.give(
         lambda: branches.assign_attrs(meetings=branches.attrs["meetings"].tolist()),
         (*values, "branch"),
         lambda out: _show(out, case, combination, values, branches, modes),
-        lambda: figure(branches),
+        lambda: ss.plot(branches),
     )
 
 

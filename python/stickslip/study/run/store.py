@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.faults import InputError, StoreError
+from stickslip.faults import InputError
 from stickslip.scene.checks import FORMAT_KEY, FORMAT_VERSION, check_format_version, package
 from stickslip.study.run.identity import differences
 from stickslip.study.run.zarr_folder import STORE, check_zarr
@@ -155,7 +155,7 @@ class ZarrStore(Store):
     ------
     InputError
         If zarr or filelock is missing, or the directory holds something else.
-    StoreError
+    InputError
         If the directory holds another study or cannot be made, or another process or thread writes to it.
     """
 
@@ -228,7 +228,7 @@ class ZarrStore(Store):
                 if not (self.path / "zarr.json").is_file():
                     raise
         except OSError as error:
-            raise StoreError(f"store: {self.path} cannot be made: {error}") from error
+            raise InputError(f"store: {self.path} cannot be made: {error}") from error
         finally:
             shutil.rmtree(draft, ignore_errors=True)
 
@@ -243,7 +243,7 @@ class ZarrStore(Store):
             raise InputError(f"store: {self.path} holds something that is not a study: {error}") from error
         different = differences(self.layout.identity, theirs)
         if different:
-            raise StoreError(f"store: {self.path} holds another study; {'; '.join(different)}")
+            raise InputError(f"store: {self.path} holds another study; {'; '.join(different)}")
         self._compare_design(group)
         for difference in differences(self.layout.machine, machine):
             warnings.warn(
@@ -261,7 +261,7 @@ class ZarrStore(Store):
             close = np.abs(ours - theirs) <= SAME * np.abs(ours).max()
             if not close.all():
                 k = int(np.argmin(close))
-                raise StoreError(
+                raise InputError(
                     f"store: {self.path} holds another study; {name} of sample {k}: {ours[k]!r} here, "
                     f"{theirs[k]!r} there, from the same distributions and seed; other versions of packages?"
                 )
@@ -277,7 +277,7 @@ def _locked(path: Path) -> BaseFileLock:
     try:
         lock.acquire()
     except filelock.Timeout:
-        raise StoreError(f"store: another process or thread is writing to {path}") from None
+        raise InputError(f"store: another process or thread is writing to {path}") from None
     except OSError as error:
         raise InputError(f"store: {path} holds something that is not a study") from error
     return lock
