@@ -46,8 +46,8 @@ def _kind(name: str, parts: str, draw: Callable[..., Axes | Figure], what: str |
 
 _KINDS = (
     _kind("a sweep", "eigenvalue branch", loci),
-    _kind("a bifurcation or a branch", "amplitude sequence period stability dof", bifurcation, "dof"),
     _kind("basins", "reached attractor", basins),
+    _kind("a bifurcation or a branch", "amplitude sequence period stability dof", bifurcation, "dof"),
     _kind("a spectrum", "amplitude frequency", spectrum, "dof"),
     _kind("energies and powers", "energy_rate contact_power time", energies, "part"),
     _kind("energies of modes", "share energy total time", modal_shares, "combination"),

@@ -153,8 +153,7 @@ def test_wrong_questions_are_named() -> None:
         (lambda: ss.study.probability(results, "friction", bins=[1.0, 0.5]), "bins"),
         (lambda: ss.study.distribution(results, "amplitude"), "amplitude: has a value for every dof"),
         (lambda: ss.study.distribution(results, "eigenvalue"), "expected a real output"),
-        (lambda: ss.study.importance(results, "period"), "sampler='saltelli', got 'random'"),
-        (lambda: ss.study.importance(results, "period"), "sampler='morris', got 'random'"),
+        (lambda: ss.study.importance(results, "period"), "sampler='saltelli' or 'morris', got 'random'"),
         (lambda: ss.study.unstacked(results), "expected those of a grid"),
         (lambda: ss.study.probability(xr.Dataset()), "expected growth_rate"),
     ):

@@ -16,7 +16,6 @@ from matplotlib.ticker import MaxNLocator
 from stickslip.faults import InputError
 from stickslip.locus.points import CriticalPoint
 from stickslip.modes.modes import shown_growth
-from stickslip.scene.checks import described
 from stickslip.show.plots import figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE, quantity
 
@@ -46,16 +45,8 @@ def loci(
         Result of `critical_points`: rings mark its Hopf points.
     figure
         Where to draw, with two panels or none; None: in a new one.
-
-    Raises
-    ------
-    InputError
-        If the sweep is over more than one parameter.
     """
-    parameters = _parameters(branches)
-    if len(parameters) != 1:
-        raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
-    (name,) = parameters
+    (name,) = _parameters(branches)
     drawn, (growth, frequency) = panels_of(figure, (1, 2), (9.0, 4.2))
     order = np.argsort(branches[name].to_numpy())
     values = branches[name].to_numpy()[order]
@@ -91,8 +82,6 @@ def loci(
 
 
 def _parameters(branches: xr.Dataset) -> list[str]:
-    if not isinstance(branches, xr.Dataset) or "eigenvalue" not in branches:
-        raise InputError(f"branches: expected what sweep returns, got {described(branches)}")
     return [str(name) for name in branches.eigenvalue.dims if name != "branch"]
 
 
@@ -113,13 +102,13 @@ def stability_map(branches: xr.Dataset, *, figure: FigureBase | None = None) -> 
     Raises
     ------
     InputError
-        If the sweep is over one parameter, or over a single value of one.
+        If the sweep is over more parameters, or over a single value of one.
     """
     names = _parameters(branches)
     if len(names) != 2 or min(branches.sizes[name] for name in names) < 2:
         sizes = {name: branches.sizes[name] for name in names}
         raise InputError(
-            f"stability_map: expected a sweep over two parameters, two values of each at least, got {sizes}"
+            f"data: expected a sweep over one or two parameters, two values of each of two, got {sizes}"
         )
     # The second parameter, along which branches are continuous, is the horizontal axis.
     upward, across = names
