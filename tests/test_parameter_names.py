@@ -78,7 +78,7 @@ CASES = {
 
 
 def eigenvalues(scene):
-    return ss.complex_modes(scene).eigenvalues
+    return ss.complex_modes(scene).with_conjugates.eigenvalues
 
 
 def swept(model, over):
@@ -91,7 +91,8 @@ def least_stable(model, over):
 
 def derived(model, over):
     ((name, values),) = over.items()
-    return ss.sensitivity(model, {name: values[0]}).eigenvalue.to_numpy()
+    upper = ss.sensitivity(model, {name: values[0]}).eigenvalue.to_numpy()
+    return np.concatenate([upper, upper.conj()])
 
 
 def saved(model, over):

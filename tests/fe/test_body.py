@@ -194,7 +194,7 @@ def test_lumped_mass_keeps_the_energy_of_translations():
     scene = ss.fe.assemble(bar)
     modes = np.arange(1, count + 1)
     expected = 2.0 * count * np.sin((2.0 * modes - 1.0) * np.pi / (4.0 * count))
-    found = np.abs(ss.complex_modes(scene, "").eigenvalues[::2])
+    found = np.abs(ss.complex_modes(scene, "").eigenvalues)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     body = elastic(box(skfem.MeshHex))
     lumped = body.lumped().mass

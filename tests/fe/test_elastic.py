@@ -187,7 +187,7 @@ def test_waves_of_a_ring_that_turns(lumped):
         body = body.lumped() if lumped else body
         body = body.held(dof for dof in body.dofs if not dof.endswith(".3"))
         modes = ss.complex_modes(ss.fe.assemble(body), "", band=(1e3, 18e3))
-        values = np.sort(modes.eigenvalues.imag[modes.eigenvalues.imag > 0])
+        values = np.sort(modes.eigenvalues.imag)
         found.append(values)
     still, turning = found
     # Pairs with one, two and three nodal diameters, at rest.

@@ -29,8 +29,7 @@ ALL = (100.0, 3e5)
 
 
 def eigenvalues(scene, combination="++++++"):
-    values = ss.complex_modes(scene, combination).eigenvalues
-    return values[values.imag >= 0.0]
+    return ss.complex_modes(scene, combination).eigenvalues
 
 
 def nearest(wanted, offered):

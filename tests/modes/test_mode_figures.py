@@ -42,9 +42,7 @@ def test_a_stability_map_shows_growth_and_its_border():
     for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
         assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
     single = {**values, "slider_speed": [0.01]}
-    with pytest.raises(
-        ss.InputError, match=r"two values of each of two, got .*: 1}"
-    ):
+    with pytest.raises(ss.InputError, match=r"two values of each of two, got .*: 1}"):
         ss.plot(ss.sweep(ss.models.two_subsystems(), single))
 
 

@@ -63,7 +63,7 @@ def test_modes_reduction_and_equilibrium():
     scene = rubbed(slider_speed=0.1)
     assert ss.steady_sliding(scene).combination == "+"
     assert ss.steady_sliding(scene).position == pytest.approx([0.05])
-    assert ss.complex_modes(scene).eigenvalues == pytest.approx([10j, -10j])
+    assert ss.complex_modes(scene).eigenvalues == pytest.approx([10j])
     assert ss.equations_of(scene, "+").force_constant == pytest.approx([5.0])
     assert ss.equations_of(scene, "s").stiffness.shape == (0, 0)
     assert ss.steady_sliding(dropped(gap=0.3)).position == pytest.approx([-0.3])
@@ -73,8 +73,8 @@ def test_modes_reduction_and_equilibrium():
         contacts=[ss.Contact(normal=0, gap=0.1), ss.Contact(normal=1, gap=-0.1)],
     )
     assert ss.steady_sliding(two).combination == "d+"
-    assert ss.complex_modes(two).eigenvalues == pytest.approx([10j, -10j])
-    assert ss.complex_modes(two).shapes.shape == (2, 2)
+    assert ss.complex_modes(two).eigenvalues == pytest.approx([10j])
+    assert ss.complex_modes(two).shapes.shape == (2, 1)
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ def test_every_parameter_of_two_subsystems_has_a_name_and_one_value_per_contact(
 
 
 def test_labels_as_printed_give_other_frequencies():
-    frequencies = ss.complex_modes(ss.models.two_subsystems(friction=0.0, labels="printed")).frequencies[::2]
+    frequencies = ss.complex_modes(ss.models.two_subsystems(friction=0.0, labels="printed")).frequencies
     assert np.abs(frequencies[:2] - [44.58, 122.60]).max() < 0.01  # one unit of the last printed digit
 
 

@@ -76,7 +76,7 @@ def test_an_undamped_circulatory_scene_has_pairs_on_the_axis():
     modes = ss.complex_modes(drum_brake(0.2, loss=0.0))
     assert (modes.eigenvalues.real == 0.0).all()
     squares = np.linalg.eigvals(-drum_brake(0.2).stiffness - drum_brake(0.2).circulatory)
-    assert np.sort(modes.eigenvalues.imag[::2]) == pytest.approx(np.sort(np.sqrt(-squares)), rel=1e-14)
+    assert np.sort(modes.eigenvalues.imag) == pytest.approx(np.sort(np.sqrt(-squares)), rel=1e-14)
 
 
 @pytest.mark.parametrize("spin", [0.0, 1.0, 300.0])
@@ -84,7 +84,7 @@ def test_a_gyroscopic_pair_splits(spin):
     """`z = x + i y` with `z'' - i spin z' + w^2 z = 0`: two circular frequencies, `w1 w2 = w^2`."""
     w = 50.0
     scene = ss.Scene([1.0, 1.0], w**2 * np.eye(2), gyroscopic=[[0.0, spin], [-spin, 0.0]])
-    imaginary = np.sort(ss.complex_modes(scene).eigenvalues.imag)[2:]
+    imaginary = np.sort(ss.complex_modes(scene).eigenvalues.imag)
     half, root = 0.5 * spin, np.sqrt(0.25 * spin**2 + w**2)
     assert imaginary == pytest.approx([root - half, root + half], rel=4e-14)
     # G does no work.

@@ -94,7 +94,7 @@ def test_dofs_without_mass_follow_in_modes_and_states() -> None:
     forces = np.stack([sample.friction_force.values, sample.normal_force.values], axis=2).reshape(51, 4)
     np.testing.assert_allclose(load[:, 3:], forces, atol=1e-10 * np.abs(load).max())
     modes = ss.complex_modes(scene, "++")
-    assert modes.shapes.shape == (7, 6)
+    assert modes.shapes.shape == (7, 3)
     friction = np.array([contact.friction for contact in scene.contacts])
     rows = np.asarray(scene.stiffness) @ modes.shapes
     np.testing.assert_allclose(rows[3::2], friction[:, None] * rows[4::2], atol=1e-9 * np.abs(rows).max())

@@ -75,8 +75,7 @@ def undamped():
 
 def upper(friction, damping):
     """Return the computed eigenvalues with positive imaginary part."""
-    values = ss.complex_modes(minimal_model(friction, damping), "-").eigenvalues
-    return values[values.imag > 0.0]
+    return ss.complex_modes(minimal_model(friction, damping), "-").eigenvalues
 
 
 def damped():

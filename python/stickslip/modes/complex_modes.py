@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.modes.modes import Modes
+from stickslip.modes.modes import Modes, one_of_each_pair
 from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
 from stickslip.modes.sparse.search import MARGIN, Search, certified, covered
@@ -131,7 +131,7 @@ def complex_modes(
 
 def _all_modes(scene: Scene, combination: str) -> Modes:
     every = Modes(combination=combination, dofs=scene.dofs, scene=scene, **scene.core.modes(combination))
-    return every[every.eigenvalues.imag >= 0.0]
+    return every[one_of_each_pair(every.eigenvalues)]
 
 
 def region_of(band: Sequence[float], growth: Sequence[float | None]) -> Region:

@@ -462,6 +462,12 @@ class Modes(Shown):
         return Summary([] if whole else facts, tables=[table])
 
 
+def one_of_each_pair(eigenvalues: Complex) -> Flags:
+    """Return which eigenvalues stand for modes: the real ones, and of a conjugate pair the upper one."""
+    upper: Flags = eigenvalues.imag >= 0.0
+    return upper
+
+
 def shown_growth(growth: Real, unstable: Flags) -> Real:
     """Return growth rates with zero in place of what is positive by rounding only."""
     shown: Real = np.where(unstable, growth, np.minimum(growth, 0.0))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.faults import InputError
+from stickslip.modes.modes import one_of_each_pair
 from stickslip.motion import energy as energetics
 from stickslip.motion.events import Accumulation, Events, Grazing, labelled
 from stickslip.scene.checks import Names, Real, check_memory, real_array, real_number, whole_number
@@ -173,7 +174,10 @@ class Motion(Shown):
         return times, names[first]
 
     def modal_coordinates(self, times: ArrayLike) -> xr.DataArray:
-        """Return the modal coordinates z, ``(q, q') = Xi z``, in the modes of each instant's combination.
+        """Return the modal coordinates z in the modes of each instant's combination.
+
+        ``(q, q') = Xi z`` with the right vectors Xi of `Modes.with_conjugates`: the coordinate of a conjugate
+        is the conjugate one.
 
         Parameters
         ----------
@@ -183,8 +187,8 @@ class Motion(Shown):
         Returns
         -------
         xarray.DataArray
-            (time, mode), complex, m, in the order of `Modes.eigenvalues` of the coordinate ``combination``
-            (time); nan beyond the modes of a combination that has fewer than the largest of these.
+            (time, mode), complex, m, by the numbers of the modes of the coordinate ``combination`` (time); nan
+            beyond the modes of a combination that has fewer than the largest of these.
 
         Raises
         ------
@@ -194,7 +198,10 @@ class Motion(Shown):
         import xarray as xr
 
         at = np.atleast_1d(real_array("times", times, 0, 1))
-        runs = self.core.modal_coordinates(at)
+        runs = [
+            (name, rows, coordinates[:, one_of_each_pair(self.scene.core.modes(name)["eigenvalues"])])
+            for name, rows, coordinates in self.core.modal_coordinates(at)
+        ]
         width = max((coordinates.shape[1] for _, _, coordinates in runs), default=0)
         table = np.full((at.size, width), complex(np.nan, np.nan))
         combination = np.empty(at.size, dtype=f"<U{len(self.scene.contacts)}")
