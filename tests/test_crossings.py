@@ -142,7 +142,7 @@ def test_a_mode_grows_in_words_only_if_it_is_unstable():
     assert modes.marginal.all()
     assert modes.plot.structure().get_title().endswith("Hz, neither grows nor decays")
     grows = ss.complex_modes(ss.models.two_subsystems())
-    assert "grows at 49.9 1/s" in grows.described(2)
+    assert "grows at 49.9 1/s" in grows.described(1)
     assert "decays at 104 1/s" in grows.described(0)
 
 
