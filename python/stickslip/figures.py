@@ -44,14 +44,15 @@ def _kind(name: str, parts: str, draw: Callable[..., Axes | Figure], what: str |
     return _Kind(name, frozenset(parts.split()), draw, what)
 
 
+#: Results of a study stand first: their outputs bear the names of other kinds.
 _KINDS = (
+    _kind("results of a study", "status reason sample", study, "output"),
     _kind("a sweep", "eigenvalue branch", loci),
     _kind("basins", "reached attractor", basins),
     _kind("a bifurcation or a branch", "amplitude sequence period stability dof", bifurcation, "dof"),
     _kind("a spectrum", "amplitude frequency", spectrum, "dof"),
     _kind("energies and powers", "energy_rate contact_power time", energies, "part"),
     _kind("energies of modes", "share energy total time", modal_shares, "combination"),
-    _kind("results of a study", "status reason sample", study, "output"),
     _kind("a probability", "probability lower upper", probability),
     _kind("a convergence", "estimate samples", convergence),
     _kind("Sobol' indices", "first total parameter", sobol_indices),

@@ -187,8 +187,8 @@ class Motion(Shown):
         Returns
         -------
         xarray.DataArray
-            (time, mode), complex, m, by the numbers of the modes of the coordinate ``combination`` (time); nan
-            beyond the modes of a combination that has fewer than the largest of these.
+            (time, mode), complex, m, by the numbers of the modes of the coordinate ``combination`` (time),
+            nan beyond the modes of a combination that has fewer than the largest of these.
 
         Raises
         ------
