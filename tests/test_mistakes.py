@@ -92,7 +92,7 @@ def small(**changes):
         (lambda: ss.save(SCENE, 5), "path: expected the path of a file, got 5"),
         (lambda: ss.write_report(SCENE, 5), "path: expected the path of a file, got 5"),
         (lambda: ss.write_report(5, "x.html"), "scene: expected a Scene, got 5"),
-        (lambda: ss.plot(5), "data: expected the dataset of a sweep, .*, got 5"),
+        (lambda: ss.plot(5), "data: expected the dataset of results of a study, .*, got 5"),
         (
             lambda: ss.simulate(SCENE, 1e-3, START).plot(["x1"]),
             "dof: expected the name or index of a dof, got \\['x1'\\]",

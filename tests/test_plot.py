@@ -87,6 +87,14 @@ def test_the_number_of_parameters_chooses_loci_or_a_map():
     assert ss.plot(datasets()["map"]).axes[0].get_ylabel() == "friction 0"
 
 
+def test_outputs_with_the_names_of_other_kinds_are_those_of_a_study():
+    outputs = ["amplitude", "frequency", "sequence", "period", "stability"]
+    results = ss.Study(SCENE, {"friction": [1.4, 1.5]}, outputs=outputs, duration=0.3).run()
+    axes = Figure().add_subplot()
+    assert ss.plot(results, "period", ax=axes).get_xlabel() == "period, s"
+    assert isinstance(ss.plot(results), Figure)
+
+
 def test_a_dataset_that_was_saved_is_drawn_as_before(tmp_path):
     for kind in ("sweep", "lines", "study"):
         ss.save(datasets()[kind], tmp_path / f"{kind}.nc")
@@ -116,5 +124,5 @@ def test_what_does_not_fit_is_refused(kind, what, options, message):
 
 
 def test_a_dataset_without_a_picture_is_refused():
-    with pytest.raises(ss.InputError, match=r"data: expected the dataset of a sweep, .*, got <xarray"):
+    with pytest.raises(ss.InputError, match=r"data: expected the dataset of results of .*, got <xarray"):
         ss.plot(ss.complex_modes(SCENE).to_dataset())
