@@ -201,7 +201,7 @@ def test_points_are_a_sequence_and_a_table(tmp_path):
     assert [row[0] for row in table.rows] == [point.kind.replace("_", "-") for point in points]
     assert repr(points).startswith(f"CriticalPoints({len(points)} over friction)\n  CriticalPoint(")
     ss.save(points, tmp_path / "points.nc")
-    assert ss.load(tmp_path / "points.nc").identical(data)
+    assert ss.load(tmp_path / "points.nc").to_dataset().identical(data)
     speeds = ss.critical_points(ss.models.two_subsystems, {"slider_speed": (0.01, 0.02)}).to_dataset()
     assert speeds.slider_speed.units == "m/s"
     assert speeds.sizes["point"] == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -202,18 +203,32 @@ def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
     if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
         raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
     if isinstance(what, Scene):
-        model = what.model if matrices == "auto" else None
-        what = Case(what if model is None or not _same(model(), what) else model)
+        what = _named(what) if matrices == "auto" else Case(what)
     file = file_path(path)
-    if isinstance(what.model, Scene):
-        tables: dict[str, Any] = {"scene": scene_table(what.model, file, matrices)}
-    else:
-        tables = {"model": _model_table(what.model)}
-    for name in ("start", "run", "sweep", "study"):
-        if section := getattr(what, name):
-            tables[name] = _section(section, what.scene)
     older = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else HEADER
-    file.write_text(toml_text({FORMAT_KEY: FORMAT_VERSION, **tables}, older), encoding="utf-8")
+    file.write_text(_text(what, file, matrices, older), encoding="utf-8")
+
+
+def case_text(scene: Scene) -> str:
+    """Return a scene as the text of a scene file that needs no other files."""
+    return _text(_named(scene), Path(), "inline", "")
+
+
+def _named(scene: Scene) -> Case:
+    """Return a scene as the model and arguments that made it, if they still do."""
+    model = scene.model
+    return Case(scene if model is None or not _same(model(), scene) else model)
+
+
+def _text(case: Case, file: Path, matrices: Matrices, older: str) -> str:
+    if isinstance(case.model, Scene):
+        tables: dict[str, Any] = {"scene": scene_table(case.model, file, matrices)}
+    else:
+        tables = {"model": _model_table(case.model)}
+    for name in ("start", "run", "sweep", "study"):
+        if section := getattr(case, name):
+            tables[name] = _section(section, case.scene)
+    return toml_text({FORMAT_KEY: FORMAT_VERSION, **tables}, older)
 
 
 def _section(section: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
@@ -238,7 +253,21 @@ def load_case(path: str | Path) -> Case:
         If there is no such file, or anything in it is ill-posed: the message names file, key and value.
     """
     file = file_path(path)
-    tables = read_tables(file)
+    return _case(file, read_tables(file))
+
+
+def case_of_text(text: str) -> Case:
+    """Return the case that the text of a scene file holds.
+
+    Raises
+    ------
+    InputError
+        As `load_case`.
+    """
+    return _case(Path("scene"), tomllib.loads(text))
+
+
+def _case(file: Path, tables: dict[str, Any]) -> Case:
     with located(str(file)):
         check_format_version(tables.pop(FORMAT_KEY, None))
     known(str(file), tables, SECTIONS)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.faults import InputError
 from stickslip.files.case import Case, load_case, save_case
 from stickslip.files.dataset_file import REMEDIES, Labelled, read_dataset, write_dataset
+from stickslip.files.result_file import kept, restored
 from stickslip.files.scene_file import Matrices
 from stickslip.scene.checks import described, file_path, real_number
 from stickslip.scene.scene import Scene
@@ -84,7 +85,8 @@ def save(
         return
     if hasattr(what, "to_dataset") or hasattr(what, "data_vars"):
         _refuse(options, what, "rows")
-        write_dataset(what, path, rows)
+        whole = hasattr(what, "to_dataset") and file_path(path).suffix != ".csv"
+        write_dataset(kept(what) if whole else what, path, rows)
         return
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -110,9 +112,10 @@ def load(path: str | Path) -> Any:
 
     Returns
     -------
-    Case or xarray.Dataset
+    Case, CriticalPoints, Bifurcation, Branch or xarray.Dataset
         Of a scene file a `Case`, whose ``scene`` is the `Scene`, with start, settings of a run and parameter
-        values where the file has them. Of any other file a dataset.
+        values where the file has them. Critical points, bifurcations and branches are read back whole, with
+        their orbits. Of any other result its dataset.
 
     Raises
     ------
@@ -122,7 +125,7 @@ def load(path: str | Path) -> Any:
     """
     file = file_path(path)
     if file.suffix in (".nc", ".zarr", *REMEDIES):
-        return read_dataset(file)
+        return restored(file, read_dataset(file))
     if file.suffix == ".toml" or file.is_dir():
         return load_case(file)
     raise InputError(f"{file.name}: expected a file .toml, .nc, .zarr")

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 #: All kinds of critical points.
 KINDS: tuple[Kind, ...] = get_args(Kind)
+#: Attributes of a point that a dataset has as they are.
+_SAME = ("kind", "complex_value", "eigenvalue", "direction", "steady_sliding")
 #: Markers of those that have a frequency.
 MARKED = {"hopf": "o", "divergence": "s", "lock_in": "D", "crossing": "x"}
 
@@ -126,7 +128,8 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
         """Return the points over ``point``, with the parameter as a coordinate.
 
         Variables are the attributes of `CriticalPoint`, and ``frequency``, Hz. Where a point has none,
-        ``contact`` (a name or an index) and ``cause`` are empty, and numbers are nan.
+        ``contact`` (a name or an index) and ``cause`` are empty, ``contact_index`` is -1, and other numbers
+        are nan.
         """
 
         def column(of: str, kind: Any, missing: Any, **attrs: str) -> tuple[str, Any, dict[str, str]]:
@@ -146,6 +149,7 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
             "direction": column("direction", int, 0),
             "steady_sliding": column("steady_sliding", bool, False),
             "contact": column("name", str, ""),
+            "contact_index": column("contact", int, -1),
             "cause": column("cause", str, ""),
         }
         return xr.Dataset(
@@ -155,6 +159,34 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
                 self.parameter: column("value", float, np.nan, **self._units),
             },
         )
+
+    @classmethod
+    def from_dataset(cls, data: xr.Dataset) -> CriticalPoints:
+        """Return the points of which `to_dataset` has made a dataset."""
+        (parameter,) = (str(name) for name, held in data.coords.items() if held.dims != (name,))
+        columns = {
+            name: data[f"computed_{name}" if name == parameter else name].to_numpy().tolist()
+            for name in (*_SAME, "other", "slope", "cause", "contact", "contact_index")
+        }
+        points = []
+        for k, value in enumerate(data[parameter].to_numpy().tolist()):
+            row = {name: column[k] for name, column in columns.items()}
+            kind, index, label = row["kind"], row["contact_index"], row["contact"]
+            # Contacts without names are labelled by their index.
+            label = index if label == str(index) else label
+            points.append(
+                CriticalPoint(
+                    **{name: row[name] for name in _SAME},
+                    parameter=parameter,
+                    value=value,
+                    other=row["other"] if kind == "crossing" else None,
+                    slope=row["slope"] if kind in ("hopf", "crossing") else None,
+                    contact=None if index < 0 else index,
+                    name=label if index >= 0 else None,
+                    cause=row["cause"] or None,
+                )
+            )
+        return cls(parameter, points, data[parameter].attrs)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a `pandas.DataFrame` with the columns of `to_dataset`, one row per point."""

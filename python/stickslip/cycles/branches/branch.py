@@ -77,7 +77,7 @@ class Branch(Diagram):
         Why the branch ends: ``range`` (the last value was reached), ``points`` (it has as many points as were
         allowed), or ``sequence`` (no orbit has this sequence of events any more).
 
-    The dataset holds neither `points` nor `end`.
+    The dataset holds neither `points` nor `end`; a file that `save` writes holds both, and the orbits.
     """
 
     points: tuple[BranchPoint, ...]
