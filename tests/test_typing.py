@@ -43,7 +43,7 @@ except ss.RunError as error:
     assert_type(error.partial, types.Motion | None)
     raise
 except ss.Interrupted as stopped:
-    assert_type(stopped.partial, types.Motion)
+    assert isinstance(stopped.partial, types.Motion)
     raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])
@@ -140,7 +140,7 @@ WRONG = {
 }
 
 
-HEAD = "import stickslip as ss\nfrom script import cycle, run, scene, start\n"
+HEAD = "import stickslip as ss\nfrom stickslip import types\nfrom script import cycle, run, scene, start\n"
 
 
 @pytest.mark.process

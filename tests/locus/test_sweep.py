@@ -137,6 +137,20 @@ def test_derivatives_are_those_of_the_branches():
     assert (value[2] - value[0]) / (2 * step) == pytest.approx(derivative[1], rel=1e-6)
 
 
+def test_marginal_points_are_said_where_they_are_wanted():
+    undamped = ss.models.two_subsystems(damping=0.0)
+    over = {"friction": [0.3, 0.7]}
+    found = ss.sweep(undamped, over, marginal=True)
+    # Below lock-in no mode grows or decays; beyond it one grows.
+    assert found.marginal.to_numpy().tolist() == [True, False]
+    assert found.stable.to_numpy().tolist() == [True, False]
+    assert not ss.sweep(ss.models.two_subsystems(), over, marginal=True).marginal.any()
+    assert "marginal" not in ss.sweep(undamped, over)
+    grid = ss.sweep(undamped, {"friction_0": [0.1, 0.2], "friction_1": [0.1, 3.0, 0.2]}, marginal=True)
+    assert grid.marginal.dims == ("friction_0", "friction_1")
+    assert grid.marginal.to_numpy()[:, 0].all()
+
+
 def test_two_parameters_make_a_stability_map():
     scene = ss.models.two_subsystems()
     first, second = np.linspace(0.0, 3.0, 7), np.linspace(0.0, 3.0, 9)

@@ -17,8 +17,9 @@ from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
 from stickslip.locus.band.sweep import swept_band
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.sparse.region import Region
-from stickslip.scene.checks import Complex, Real, check_memory, whole_number
+from stickslip.scene.checks import Complex, Flags, Real, check_memory, whole_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import apart, axis, divided
 from stickslip.show.progress import LONG, tracked, watched
@@ -27,6 +28,8 @@ _Part = TypeVar("_Part")
 
 #: Values handed to the core at once by a sweep that shows its progress.
 _CHUNK = 32
+#: Decay of an eigenvalue, of its modulus, up to which its rounding is asked for.
+_NEARLY = 1e-6
 #: What a sweep tells of a point, not of its branches.
 _POINTWISE = ("stable", "steady_sliding", "normal_force")
 
@@ -41,6 +44,7 @@ def sweep(
     progress: bool | None = None,
     band: Sequence[float] | None = None,
     growth: Sequence[float | None] = (None, None),
+    marginal: bool = False,
 ) -> xr.Dataset:
     """Return the eigenvalues over one or two parameters, with branches tracked.
 
@@ -70,6 +74,9 @@ def sweep(
     band, growth
         For a large scene, over one parameter: frequencies in Hz and growth rates in 1/s as for
         `complex_modes`. The result has the branches that are inside at any of the values.
+    marginal
+        Whether to say where a mode neither grows nor decays; this computes the modes again wherever an
+        eigenvalue lies near the imaginary axis.
 
     Returns
     -------
@@ -81,7 +88,8 @@ def sweep(
         steadily in this combination, each slipping as its slider drives it and none pulling (nor penetrating,
         if open). Where they do not, eigenvalues say nothing about steady sliding. ``normal_force`` of the
         contacts closed in equilibrium, N, over the parameters and ``contact``; nan where a contact sticks or
-        the stiffness is singular. With `vectors`,
+        the stiffness is singular. With `marginal`, ``marginal`` over the parameters: whether sliding is
+        stable and a growth rate zero within its rounding (`Modes.marginal`). With `vectors`,
         ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
@@ -153,7 +161,26 @@ def sweep(
         }
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
+    if marginal:
+        result["marginal"] = _marginal(sliding, fixed, axes, result)
     return _dataset(model, first_scene.contact_labels(), axes, result).assign_attrs(attributes)
+
+
+def _marginal(
+    sliding: Sliding, fixed: Mapping[str, float], axes: dict[str, Real], result: dict[str, Any]
+) -> Flags:
+    """Return which points that are stable have a mode whose growth rate is zero within its rounding."""
+    # Whoever names the statuses asks for their modes, whether or not the load keeps them.
+    asked = result["stable"] & (result["steady_sliding"] | (sliding.combination is not None))
+    value = result["eigenvalue"]
+    # Most points are told by their eigenvalues alone; of the others the modes know their rounding.
+    near = (value.real >= -_NEARLY * np.abs(value)).any(axis=-1)
+    found = np.zeros_like(asked)
+    for place in np.argwhere(asked & near):
+        point = {name: float(values[k]) for (name, values), k in zip(axes.items(), place, strict=True)}
+        modes = complex_modes(sliding.family.scene({**fixed, **point}), sliding.combination)
+        found[tuple(place)] = modes.marginal.any()
+    return found
 
 
 def _along_band(
@@ -316,6 +343,8 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
         "condition": (dims, result["condition"], {"units": "1"}),
         "defective": (dims, result["defective"]),
     }
+    if "marginal" in result:
+        variables["marginal"] = (tuple(axes), result["marginal"])
     if "right" in result:
         vector = (*axes, "coordinate", "branch")
         variables |= {

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
 
-#: Decay of an eigenvalue, of its modulus, up to which its rounding is asked for.
-NEARLY = 1e-6
 #: What an axis is given as.
 RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
 
@@ -71,7 +69,7 @@ def sweep(
         raise click.UsageError("--plot needs at least two values of each of two parameters")
     if modes is not None and len(values) == 2:
         raise click.UsageError("--modes follows modes over one parameter, not over two")
-    branches = ss.sweep(case.model, values, combination=combination, modes=modes)
+    branches = ss.sweep(case.model, values, combination=combination, modes=modes, marginal=True)
     answer.give(
         lambda: branches.assign_attrs(meetings=branches.attrs["meetings"].tolist()),
         (*values, "branch"),
@@ -111,7 +109,7 @@ def _show(
     if combination is not None:
         # Whoever names the statuses asks for their modes, whether or not the load keeps them.
         exists = np.ones_like(exists)
-    marginal = _marginal(case, combination, values, branches, stable & exists)
+    marginal = branches.marginal.to_numpy()
     counts = f"{int((stable & exists & ~marginal).sum())} stable, {int((~stable & exists).sum())} unstable"
     if marginal.any():
         counts += f", {int(marginal.sum())} marginal (a mode neither grows nor decays)"
@@ -130,21 +128,6 @@ def _show(
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
     points = ss.critical_points(case.model, limits, combination=combination)
     out.print(table(points.summary().tables[0]))
-
-
-def _marginal(
-    case: ss.Case, combination: str | None, values: dict[str, Any], branches: xr.Dataset, asked: Any
-) -> Any:
-    """Return which of the scenes asked for have a mode whose growth is zero within its rounding."""
-    found = np.zeros_like(asked)
-    eigenvalue = branches.eigenvalue.to_numpy()
-    # Most scenes are told by their eigenvalues alone; of the others the modes know their rounding.
-    near = (eigenvalue.real >= -NEARLY * np.abs(eigenvalue)).any(axis=-1)
-    axes = [np.asarray(axis) for axis in values.values()]
-    for place in np.argwhere(asked & near):
-        changes = {name: float(axis[k]) for name, axis, k in zip(values, axes, place, strict=True)}
-        found[tuple(place)] = ss.complex_modes(case.replace(**changes).scene, combination).marginal.any()
-    return found
 
 
 def _changes(axis: Any, stable: Any) -> list[tuple[str, ...]]:
