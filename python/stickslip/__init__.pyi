@@ -14,6 +14,7 @@ from .faults import InputError, Interrupted, NoSteadyStateError, OrbitError, Sti
 from .figures import plot
 from .files.case import Case
 from .files.saved import load, save
+from .locus.boundary.boundary import stability_boundary
 from .locus.critical import critical_points
 from .locus.sensitivity import sensitivity
 from .locus.stability import stability
@@ -79,6 +80,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "stability",
+    "stability_boundary",
     "status_table",
     "steady_sliding",
     "study",

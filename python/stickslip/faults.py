@@ -34,7 +34,8 @@ class Interrupted(KeyboardInterrupt):
     partial
         What had been computed by then: the `Trajectory` of a run, the last stretch of a search for a limit
         cycle, the `Bifurcation` of the values that were done, a `FrequencyResponse` of the orbits found,
-        `Basins` with -2 where nothing was computed, or the dataset of a study.
+        `Basins` with -2 where nothing was computed, a `StabilityBoundary` with the curves found, or the
+        dataset of a study.
     """
 
     def __init__(self, message: str, partial: Any) -> None:

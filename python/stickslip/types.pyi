@@ -6,6 +6,7 @@ from .cycles.branches.branch import Branch, BranchPoint
 from .cycles.frequency_response import FrequencyResponse
 from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
+from .locus.boundary.curves import BoundaryCurve, CodimensionTwo, StabilityBoundary
 from .locus.points import CriticalPoint, CriticalPoints
 from .modes.modes import Mode
 from .modes.status_table import StatusTable
@@ -21,8 +22,10 @@ __all__ = [
     "Balance",
     "Basins",
     "Bifurcation",
+    "BoundaryCurve",
     "Branch",
     "BranchPoint",
+    "CodimensionTwo",
     "CriticalPoint",
     "CriticalPoints",
     "CyclePhase",
@@ -37,5 +40,6 @@ __all__ = [
     "Motion",
     "Outcome",
     "Reduced",
+    "StabilityBoundary",
     "StatusTable",
 ]

@@ -6,6 +6,7 @@ import click
 
 from stickslip.cli.completion import completion
 from stickslip.cli.exits import Verbs
+from stickslip.cli.verbs.boundary import boundary
 from stickslip.cli.verbs.cycle import cycle
 from stickslip.cli.verbs.explore import explore, listen
 from stickslip.cli.verbs.init import init, reduce
@@ -46,6 +47,7 @@ VERBS = (
     modes,
     reduce,
     sweep,
+    boundary,
     simulate,
     cycle,
     listen,

@@ -30,11 +30,11 @@ from stickslip.scene.scene import Scene
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
 _POINTS = (3, 5, 9, 17, 33)
 #: Where interpolants are compared with the model, in (-1, 1), away from every Chebyshev point.
-_CHECKS = (-0.61803398875, 0.2360679775)
+CHECKS = (-0.61803398875, 0.2360679775)
 #: Largest error of an interpolant, of the largest entry of its row: some rounding errors of forming an entry.
-_INTERPOLATED = 64 * np.finfo(float).eps
+INTERPOLATED = 64 * np.finfo(float).eps
 #: How many of the sampled arrays are `Reduced.statics`.
-_STATICS = 4
+STATICS = 4
 #: Halvings of the range after which a model counts as not smooth.
 _HALVINGS = 12
 
@@ -139,18 +139,22 @@ class Interpolation:
     name: str
     fixed: Mapping[str, float]
     #: Largest error of an interpolant, of the largest entry of its row.
-    error: float = _INTERPOLATED
+    error: float = INTERPOLATED
 
     def path(self, lower: float, upper: float) -> _core.Path:
         """Return the path from `lower` to `upper`."""
+        pieces = self.fitted(lower, upper)
+        return _core.Path(self.letters, self.size, pieces)
+
+    def fitted(self, lower: float, upper: float) -> list[Any]:
+        """Return the Chebyshev series from `lower` to `upper`, piece by piece."""
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
         self.proportional = self.is_proportional(scene)
         self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
         self.size = self.known[lower][0].shape[0]
         ends = [lower, *self.knots(scene, upper), upper]
-        pieces = [piece for a, b in pairwise(ends) for piece in self.pieces(a, b, _HALVINGS)]
-        return _core.Path(self.letters, self.size, pieces)
+        return [piece for a, b in pairwise(ends) for piece in self.pieces(a, b, _HALVINGS)]
 
     def knots(self, scene: Scene, upper: float) -> list[float]:
         """Return where contacts slide at a speed of their tables, ascending: two cubics of mu meet there.
@@ -211,22 +215,22 @@ class Interpolation:
             # The ends of adjacent intervals are the same point, exactly.
             return self.sample({-1.0: lower, 1.0: upper}.get(t, centre + half * t))
 
-        checks = [at(t) for t in _CHECKS]
+        checks = [at(t) for t in CHECKS]
         for points in _POINTS:
             nodes = np.cos(np.pi * np.arange(points) / (points - 1))
             nodes[0], nodes[-1] = 1.0, -1.0
             sampled = [at(float(t)) for t in nodes]
-            series = [_coefficients(np.array(values)) for values in zip(*sampled, strict=True)]
+            series = [coefficients_of(np.array(values)) for values in zip(*sampled, strict=True)]
             if all(
                 # Loads may vanish on the way: their error counts beside their largest value.
-                _agrees(coefficients, t, value, len(check) - k <= _STATICS, self.error)
-                for t, check in zip(_CHECKS, checks, strict=True)
+                agrees(coefficients, t, value, len(check) - k <= STATICS, self.error)
+                for t, check in zip(CHECKS, checks, strict=True)
                 for k, (coefficients, value) in enumerate(zip(series, check, strict=True))
             ):
                 shortened = [_shortened(coefficients) for coefficients in series]
-                mass, *damping, stiffness = shortened[:-_STATICS]
+                mass, *damping, stiffness = shortened[:-STATICS]
                 law = tuple(c[:, 0, 0].copy() for c in damping) if self.proportional else damping[0]
-                return [(lower, upper, mass, law, stiffness, shortened[-_STATICS:])]
+                return [(lower, upper, mass, law, stiffness, shortened[-STATICS:])]
         if halvings == 0:
             raise InputError(
                 f"{self.name}: the model is not a smooth function of it near {centre!r}; "
@@ -247,14 +251,15 @@ def is_proportional(scene: Scene) -> bool:
     return isinstance(scene.damping, Rayleigh) and not scene.unsymmetric
 
 
-def _coefficients(values: Real) -> Real:
+def coefficients_of(values: Real) -> Real:
     """Return Chebyshev coefficients of values at ``cos(pi j / (k - 1))``, (k, ...)."""
     coefficients: Real = scipy.fft.dct(values, type=1, axis=0) / (len(values) - 1)
     coefficients[[0, -1]] *= 0.5
     return coefficients
 
 
-def _agrees(coefficients: Real, t: float, value: Real, whole: bool, error: float) -> bool:
+def agrees(coefficients: Real, t: float, value: Real, whole: bool, error: float) -> bool:
+    """Return whether a series has a value at t; `whole`: to an error of its largest value."""
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
     largest = np.abs(coefficients).sum(axis=0).max(initial=0.0)
     scale = np.maximum(

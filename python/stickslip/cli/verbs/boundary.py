@@ -1,0 +1,81 @@
+"""`stickslip boundary`: the curves over two parameters on which stability ends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import stickslip as ss
+from stickslip.cli.options import (
+    Answer,
+    Number,
+    answer_options,
+    loaded,
+    named,
+    scene_argument,
+    show,
+)
+
+#: What a range is given as.
+RANGE = "NAME=FROM:TO"
+
+
+@click.command()
+@scene_argument
+@click.option(
+    "--over",
+    multiple=True,
+    required=True,
+    metavar=RANGE,
+    help="Parameter and its range; twice. The second one is the horizontal axis of a figure.",
+)
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
+@click.option(
+    "--cells",
+    type=Number(2, 1000),
+    default=16,
+    show_default=True,
+    help="Lines searched in each parameter: no wider curve is missed.",
+)
+@answer_options
+def boundary(
+    scene: Path,
+    changes: tuple[str, ...],
+    over: tuple[str, ...],
+    combination: str | None,
+    cells: int,
+    answer: Answer,
+) -> None:
+    """Follow the curves over two parameters on which stability of sliding ends.
+
+    \b
+    Example:
+      stickslip boundary brake.toml --over friction=0:3 --over damping=1e-5:2e-4 --plot boundary.pdf
+    """
+    ranges = named("--over", map(_range, over))
+    if len(ranges) != 2:
+        raise click.UsageError(f"--over: expected two parameters, got {len(ranges)}")
+    case, interrupted = loaded(scene, changes), False
+    try:
+        found = ss.stability_boundary(case.model, ranges, combination=combination, cells=cells)
+    except ss.Interrupted as interruption:
+        found, interrupted = interruption.partial, True
+    from stickslip.show.plots import figure_of
+
+    answer.give(
+        found.to_dataset, ("point",), lambda out: show(out, found.summary()), lambda: figure_of(found.plot())
+    )
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+def _range(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, value = text.partition("=")
+    try:
+        lower, upper = map(float, value.split(":"))
+    except ValueError:
+        raise click.BadParameter(f"expected {RANGE}, got {text!r}") from None
+    return name.strip(), (lower, upper)

@@ -1,0 +1,1 @@
+"""Curves over two parameters on which stability of sliding ends."""

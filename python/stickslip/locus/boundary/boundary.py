@@ -1,0 +1,149 @@
+"""Where stability of sliding ends over two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.faults import InputError, Interrupted
+from stickslip.locus.boundary.codimension import meetings, others, without_repetitions
+from stickslip.locus.boundary.conditions import Hopf, Separation, growing
+from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo, StabilityBoundary
+from stickslip.locus.boundary.plane import Plane
+from stickslip.locus.boundary.search import FINER, Search, is_steady, kind_of
+from stickslip.locus.boundary.tracing import Trace
+from stickslip.locus.path import Sliding
+from stickslip.scene.checks import Complex, whole_number
+from stickslip.scene.parameters.family import Family, Model
+from stickslip.scene.parameters.values import divided, interval
+from stickslip.show.progress import LONG, watched
+
+
+def stability_boundary(
+    model: Model,
+    parameters: Mapping[str, Any],
+    *,
+    combination: str | None = None,
+    cells: int = 16,
+    progress: bool | None = None,
+) -> StabilityBoundary:
+    """Return the curves over two parameters on which steady sliding becomes unstable, or ends.
+
+    Parameters
+    ----------
+    model, combination
+        As for `sweep`.
+    parameters
+        Values by name as for `sweep`, two of them a range ``(lower, upper)``.
+    cells
+        Number of lines searched in each parameter: a curve that is wider than a ``cells``-th part of a range
+        is not missed. Counts are compared at four times as many places.
+    progress
+        Whether to show what is done; None: on a terminal, if it takes long.
+
+    Raises
+    ------
+    InputError
+        If there are not exactly two ranges, a parameter is unknown, a scene is ill-posed, a slider speed is
+        zero or changes its sign where no combination is given, or the scene has no damping: a mode that
+        neither grows nor decays reaches the imaginary axis nowhere, and flutter begins at a lock-in.
+    Interrupted
+        On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the curves found by then.
+
+    Notes
+    -----
+    The reduced matrices are Chebyshev series in both parameters, to rounding. On every line the critical
+    points are found as by `critical_points`. From each a curve is followed by pseudo-arclength, its points by
+    Newton's method for a minimally augmented system (Govaerts 2000): the dynamic stiffness, bordered by the
+    null vectors of the point before, is singular where the last entry of its inverse vanishes.
+
+    Curves and map are then compared: every critical point of a line has to lie on a curve, and along every
+    row of the finer map the number of growing eigenvalues, and whether steady sliding exists, have to change
+    where curves say so. A row that contradicts them is searched as a line; so are rows through extremes of
+    the largest growth rate that may hide a closed curve within a cell. What stays contradictory is told in
+    ``doubts``.
+    """
+    ranges, fixed = divided(model, parameters)
+    if len(ranges) != 2:
+        raise InputError(f"parameters: expected two with a range, got {list(ranges)}")
+    ends = {name: interval(name, value) for name, value in ranges.items()}
+    if (cells := whole_number("cells", cells, 2)) > 1000:
+        raise InputError(f"cells: expected at most 1000, got {cells}")
+    family = Family(model)
+    plane = Plane(Sliding(family, combination), ends, fixed)
+    search = Search(plane, cells)
+    done = [0]
+    total = (2 + FINER) * cells
+    try:
+        with watched(lambda: done[0], total, "stability boundary", progress, LONG):
+            for done[0], _ in search.run():
+                pass
+            return _boundary(search, family, ends)
+    except KeyboardInterrupt:
+        search.doubts.append(f"interrupted after {done[0]} of {total} lines")
+        found = _boundary(search, family, ends)
+        raise Interrupted(f"interrupted after {done[0]} of {total} lines", found) from None
+
+
+def _boundary(search: Search, family: Family, ends: dict[str, tuple[float, float]]) -> StabilityBoundary:
+    plane = search.plane
+    scene = family.scene({**plane.fixed, **plane.values((0.0, 0.0))})
+    labels = [str(label) for label in scene.contact_labels()]
+    found = [one for trace in search.traces for one in meetings(trace, np.arange(len(labels)))]
+    points = [
+        CodimensionTwo(
+            kind=one.kind,
+            values=plane.values(one.place),
+            frequencies=tuple(omega / (2.0 * np.pi) for omega in one.omegas),
+            parameter=None if one.axis is None else plane.names[one.axis],
+            contact=one.contact,
+            name=None if one.contact is None else labels[one.contact],
+        )
+        for one in without_repetitions(found)
+    ]
+    rows = len(search.growth)
+    places = (np.arange(rows) + 0.5) / rows
+    axes = {
+        name: (name, lower + places * (upper - lower), family.units(name))
+        for name, (lower, upper) in ends.items()
+    }
+    growth = xr.DataArray(search.growth.T, coords=axes, dims=list(ends), attrs={"units": "1/s"})
+    return StabilityBoundary(
+        ends,
+        [_curve(trace, labels) for trace in search.traces],
+        points,
+        xr.Dataset({"growth_rate": growth}),
+        {name: (upper - lower) / search.cells for name, (lower, upper) in ends.items()},
+        search.doubts,
+    )
+
+
+def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
+    condition = trace.condition
+    plane = condition.plane
+    kind, contact = kind_of(condition)
+    frequency = np.full(len(trace.points), np.nan if isinstance(condition, Separation) else 0.0)
+    if isinstance(condition, Hopf):
+        frequency = np.abs(trace.points[:, 2]) * condition.scale / (2.0 * np.pi)
+    spans = np.subtract(plane.upper, plane.lower)
+    return BoundaryCurve(
+        kind=kind,
+        names=plane.names,
+        values=np.add(plane.lower, trace.points[:, :2] * spans),
+        tangents=trace.tangents[:, :2],
+        frequency=frequency,
+        unstable_modes=np.array([_modes(others(trace, y)) for y in trace.points]),
+        steady_sliding=np.array([is_steady(condition, y) for y in trace.points]),
+        error=trace.errors,
+        ends=trace.ends,
+        contact=contact,
+        name=None if contact is None else labels[contact],
+    )
+
+
+def _modes(eigenvalues: Complex) -> int:
+    """Return how many modes grow, of which a pair is one."""
+    return growing(eigenvalues[eigenvalues.imag >= 0.0])

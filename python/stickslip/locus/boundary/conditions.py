@@ -1,0 +1,235 @@
+"""What holds on a curve: equations in the unit square, with the derivatives that Newton's method needs.
+
+A point of a curve is ``y = (u, v)`` in the unit square, of Hopf curves ``(u, v, w)`` with the frequency
+``omega = w scale``. Minimally augmented systems (Govaerts 2000, chapters 4 and 9): with borders b and c
+
+    [P  b] [x]   [0]
+    [c* 0] [g] = [1],    P = K + i omega C - omega^2 M,
+
+g vanishes where P is singular, and ``dg = -z* dP x`` with the last row (z*, g) of the inverse. The borders
+are the null vectors at the point before.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.linalg
+
+from stickslip.locus.boundary.plane import Plane
+from stickslip.scene.checks import Complex, Real
+
+#: Steps of Newton's method at most; quadratic convergence from a good start takes three.
+_STEPS = 8
+#: Step, in the unit square, below which Newton's method has converged.
+_CONVERGED = 1e-13
+#: Step up to which a point counts as found where rounding stops the method.
+_FOUND = 1e-9
+#: Reciprocal of an eigenvalue, of the largest, up to which it is that of a massless direction.
+_INFINITE = 1e-13
+#: Real part of an eigenvalue, of its modulus, up to which it neither grows nor decays.
+_NEUTRAL = 1e-11
+#: Damping of a zero eigenvalue below this part of its terms is none.
+_UNDAMPED = 1e-10
+
+
+class Condition(Protocol):
+    """One or two equations in two or three unknowns."""
+
+    plane: Plane
+    #: where it was found
+    start: Real
+
+    def equations(self, y: Real) -> tuple[Real, Real]:
+        """Return residuals (n - 1,) and their derivatives (n - 1, n)."""
+
+    def settle(self, y: Real) -> float:
+        """Take the borders from a point of the curve; return by how much the condition misses there."""
+
+    def growth(self, y: Real) -> Real:
+        """Return d/du and d/dv of what passes zero across the curve."""
+
+
+class Hopf:
+    """Two eigenvalues ``+-i omega``."""
+
+    def __init__(self, plane: Plane, place: Real, omega: float) -> None:
+        self.plane, self.scale = plane, omega
+        self._known: tuple[Real, Any] | None = None
+        m, c, k = (part[0] for part in plane.at(*place)[:3])
+        size = np.abs(k) + omega * np.abs(c) + omega**2 * np.abs(m)
+        self.units = 1.0 / np.sqrt(np.maximum(size.max(axis=0), size.max(axis=1)))
+        self.start = np.array([*place, 1.0])
+        left, _, right = scipy.linalg.svd(self._pencil(self.start)[0])
+        self.b, self.c = left[:, -1], right[-1].conj()
+
+    def _pencil(self, y: Real) -> tuple[Complex, list[Complex], float]:
+        """Return P, its derivatives to u, v and w, and omega."""
+        omega = y[2] * self.scale
+        m, c, k = self.plane.at(y[0], y[1])[:3]
+        all_parts = (k + 1j * omega * c - omega**2 * m) * self.units[:, None] * self.units
+        by_omega = (1j * c[0] - 2.0 * omega * m[0]) * self.units[:, None] * self.units
+        return all_parts[0], [all_parts[1], all_parts[2], self.scale * by_omega], omega
+
+    def _bordered(self, y: Real) -> Any:
+        """Return g, its derivatives, x and z*; at a point of the curve those of any borders will do."""
+        if self._known is not None and (self._known[0] == y).all():
+            return self._known[1]
+        pencil, slopes, _ = self._pencil(y)
+        size = len(pencil)
+        whole = np.zeros((size + 1, size + 1), dtype=complex)
+        whole[:size, :size], whole[:size, size], whole[size, :size] = pencil, self.b, self.c.conj()
+        inverse = np.linalg.inv(whole)
+        x, z = inverse[:size, size], inverse[size, :size]
+        found = complex(inverse[size, size]), [complex(-(z @ slope @ x)) for slope in slopes], x, z
+        self._known = y.copy(), found
+        return found
+
+    def equations(self, y: Real) -> tuple[Real, Real]:
+        """Return the real and the imaginary part of g, and their derivatives (2, 3)."""
+        g, slopes, _, _ = self._bordered(y)
+        row = np.array(slopes)
+        return np.array([g.real, g.imag]), np.array([row.real, row.imag])
+
+    def settle(self, y: Real) -> float:
+        """Take the borders from a point; return |g|, of P with rows and columns of size 1."""
+        g, _, x, z = self._bordered(y)
+        sizes = np.linalg.norm(z), np.linalg.norm(x)
+        self.b, self.c = z.conj() / sizes[0], x / sizes[1]
+        return float(abs(g) / (sizes[0] * sizes[1]))
+
+    def growth(self, y: Real) -> Real:
+        """Return the derivatives of the real part of lambda, 1/s: ``lambda = i (w - g / g_w) scale``."""
+        _, slopes, _, _ = self._bordered(y)
+        return np.array([(-1j * self.scale * slope / slopes[2]).real for slope in slopes[:2]])
+
+
+class Divergence:
+    """An eigenvalue that is zero."""
+
+    def __init__(self, plane: Plane, place: Real) -> None:
+        self.plane, self.start = plane, np.array(place, dtype=float)
+        stiffness = plane.at(*place).stiffness[0]
+        size = np.abs(stiffness)
+        self.units = 1.0 / np.sqrt(np.maximum(size.max(axis=0), size.max(axis=1)))
+        left, _, right = scipy.linalg.svd(stiffness * self.units[:, None] * self.units)
+        self.b, self.c = left[:, -1], right[-1]
+
+    def _bordered(self, y: Real) -> tuple[float, Real, Real, Real, float]:
+        """Return g, its derivatives, x, z, and what has the sign of d lambda for a positive dg."""
+        mass, damping, stiffness = self.plane.at(y[0], y[1])[:3]
+        stiffness = stiffness * self.units[:, None] * self.units
+        size = stiffness.shape[1]
+        whole = np.zeros((size + 1, size + 1))
+        whole[:size, :size], whole[:size, size], whole[size, :size] = stiffness[0], self.b, self.c
+        inverse = np.linalg.inv(whole)
+        x, z = inverse[:size, size], inverse[size, :size]
+        slopes = np.array([-(z @ slope @ x) for slope in stiffness[1:]])
+        # z' M x lambda^2 + z' C x lambda = dg: without the second term a pair meets at zero.
+        left, right = z * self.units, x * self.units
+        leading = float(left @ damping[0] @ right)
+        if abs(leading) <= _UNDAMPED * (np.abs(left) @ np.abs(damping[0]) @ np.abs(right)):
+            leading = float(left @ mass[0] @ right)
+        return float(inverse[size, size]), slopes, x, z, leading
+
+    def equations(self, y: Real) -> tuple[Real, Real]:
+        """Return g (1,) and its derivatives (1, 2)."""
+        g, slopes, *_ = self._bordered(y)
+        return np.array([g]), slopes[None]
+
+    def settle(self, y: Real) -> float:
+        """Take the borders from a point; return |g|, of K with rows and columns of size 1."""
+        g, _, x, z, _ = self._bordered(y)
+        sizes = np.linalg.norm(z), np.linalg.norm(x)
+        self.b, self.c = z / sizes[0], x / sizes[1]
+        return float(abs(g) / (sizes[0] * sizes[1]))
+
+    def growth(self, y: Real) -> Real:
+        """Return the derivatives of lambda, up to a positive factor."""
+        _, slopes, _, _, leading = self._bordered(y)
+        growth: Real = slopes * np.sign(leading)
+        return growth
+
+
+class Separation:
+    """The normal force of a contact, or the gap of an open one, that vanishes in steady sliding."""
+
+    def __init__(self, plane: Plane, place: Real, contact: int) -> None:
+        self.plane, self.contact, self.start = plane, contact, np.array(place, dtype=float)
+
+    def _margin(self, y: Real) -> tuple[float, Real, float]:
+        """Return the margin, its derivatives and the size of its terms."""
+        values, terms = margins(self.plane, y)
+        return values[0, self.contact], values[1:, self.contact], terms[self.contact]
+
+    def equations(self, y: Real) -> tuple[Real, Real]:
+        """Return the margin, of the size of its terms, (1,), and its derivatives (1, 2)."""
+        value, slopes, size = self._margin(y)
+        return np.array([value / size]), slopes[None] / size
+
+    def settle(self, y: Real) -> float:
+        """Return the margin, of its terms."""
+        value, _, size = self._margin(y)
+        return abs(value / size)
+
+    def growth(self, y: Real) -> Real:
+        """Return the derivatives of the margin with the sign by which opening grows."""
+        return -self._margin(y)[1]
+
+
+def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
+    """Return margins of all contacts with d/du and d/dv (3, c), and the sizes of their terms (c,)."""
+    _, _, stiffness, load, rows, offsets = plane.at(float(y[0]), float(y[1]))
+    factors = scipy.linalg.lu_factor(stiffness[0], check_finite=False)
+    rest = scipy.linalg.lu_solve(factors, load[0], check_finite=False)
+    moved = [
+        scipy.linalg.lu_solve(factors, load[k] - stiffness[k] @ rest, check_finite=False) for k in (1, 2)
+    ]
+    slopes = [rows[0] @ moved[k - 1] + rows[k] @ rest - offsets[k] for k in (1, 2)]
+    sizes = np.abs(rows[0]) @ np.abs(rest) + np.abs(offsets[0])
+    return np.array([rows[0] @ rest - offsets[0], *slopes]), np.maximum(sizes, 1e-300)
+
+
+def eigenvalues(plane: Plane, y: Real) -> Complex:
+    """Return all finite eigenvalues at a point, those of ``1 / lambda``: the mass may be singular."""
+    mass, damping, stiffness = (part[0] for part in plane.at(float(y[0]), float(y[1]))[:3])
+    size = len(mass)
+    whole = np.zeros((2 * size, 2 * size))
+    whole[:size] = -np.linalg.solve(stiffness, np.hstack([damping, mass]))
+    whole[size:, :size] = np.eye(size)
+    inverse = np.linalg.eigvals(whole).astype(complex)
+    found: Complex = 1.0 / inverse[np.abs(inverse) > _INFINITE * np.abs(inverse).max()]
+    return found
+
+
+def growing(values: Complex) -> int:
+    """Return how many of some eigenvalues grow."""
+    return int((values.real > _NEUTRAL * np.abs(values)).sum())
+
+
+def tangent(slopes: Real) -> Real:
+    """Return the direction in which equations with the derivatives (n - 1, n) stay zero, of length 1."""
+    first = slopes[0]
+    along: Real = np.array([-first[1], first[0]]) if len(slopes) == 1 else np.cross(first, slopes[1])
+    return along / float(np.linalg.norm(along))
+
+
+def corrected(condition: Condition, y: Real, row: Real, value: float) -> tuple[Real, int] | None:
+    """Return the point of a curve at which ``row . y = value``, and the steps; None if none is near."""
+    best, last = y, np.inf
+    for steps in range(_STEPS):
+        residual, slopes = condition.equations(best)
+        matrix = np.vstack([slopes, row])
+        try:
+            step = np.linalg.solve(matrix, -np.append(residual, row @ best - value))
+        except np.linalg.LinAlgError:
+            return None
+        length = float(np.abs(step).max())
+        if not np.isfinite(length) or length > 1.0 or (steps > 3 and length > 0.5 * last):
+            # Rounding stops the method, or it does not converge.
+            return (best, steps) if last <= _FOUND else None
+        best, last = best + step, length
+        if length <= _CONVERGED:
+            return best, steps
+    return (best, _STEPS) if last <= _FOUND else None

@@ -1,0 +1,343 @@
+"""All curves that meet a map: traced from every critical point of its lines, and compared with its counts.
+
+The lines run through the middles of cells, in both parameters, so that no line is the border, where damping
+or friction may vanish. Every critical point of a line has to lie on a curve. The rows of a finer map have to
+show the numbers of growing eigenvalues, and whether steady sliding exists, that follow from the curves that
+cross them; a row that does not is searched as a line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from stickslip.faults import InputError
+from stickslip.locus.boundary.conditions import (
+    Condition,
+    Divergence,
+    Hopf,
+    Separation,
+    corrected,
+    eigenvalues,
+    growing,
+    margins,
+)
+from stickslip.locus.boundary.curves import CurveKind
+from stickslip.locus.boundary.plane import Plane
+from stickslip.locus.boundary.tracing import Trace, hermite, traced
+from stickslip.scene.checks import Complex, Flags, Index, Real
+
+#: Rows of the map whose counts are compared, for each line.
+FINER = 4
+#: Distance, of the range, up to which a critical point of a line lies on a curve.
+_SAME = 1e-6
+#: Distance to a curve, of the range, within which a count may be that of either side.
+_BESIDE = 1e-9
+#: Distance from a curve, of the range, that tells its two sides apart.
+_ACROSS = 1e-6
+#: Rounds of looking where counts contradict curves.
+_ROUNDS = 3
+#: Real parts below this part of the modulus don't tell growth from decay.
+_NEUTRAL = 1e-10
+#: How much further growth may rise beside an extreme of the map than it does to its neighbours.
+_REACH = 2.0
+#: Refinements around an extreme of growth, each twice as fine as the one before.
+_REFINED = 8
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a line meets a curve: a critical point of the line, or what the curve says."""
+
+    kind: CurveKind
+    contact: int | None
+    #: place along the line, of its range
+    place: float
+    #: rad/s, of Hopf points, else zero
+    omega: float
+    #: +1 where growth, or opening, begins as the parameter of the line grows
+    direction: int
+    steady: bool
+
+
+@dataclass
+class Search:
+    """The curves of a plane, and what is known of its map.
+
+    Parameters
+    ----------
+    plane
+        The scenes.
+    cells
+        Number of lines in each parameter.
+    """
+
+    plane: Plane
+    cells: int
+    traces: list[Trace] = field(default_factory=list)
+    #: What is not settled, in words.
+    doubts: list[str] = field(default_factory=list)
+    #: Largest growth rate, 1/s, rows of the second parameter; nan where it is not known.
+    growth: Real = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.growth = np.full((FINER * self.cells, FINER * self.cells), np.nan)
+
+    def run(self) -> Iterator[tuple[int, int]]:
+        """Find everything; yield how many lines and rows of all are done.
+
+        Raises
+        ------
+        InputError
+            If modes that neither grow nor decay begin to grow without reaching the imaginary axis.
+        """
+        rows, total = FINER * self.cells, (2 + FINER) * self.cells
+        places = (np.arange(self.cells) + 0.5) / self.cells
+        for k, (axis, place) in enumerate((axis, float(place)) for axis in (0, 1) for place in places):
+            self.search(axis, place)
+            yield k + 1, total
+        wrong: list[float] = []
+        neutral = self.is_neutral()
+        for k in range(rows):
+            self.growth[k], agrees = self.compare((k + 0.5) / rows, rows)
+            if not agrees:
+                wrong.append((k + 0.5) / rows)
+            if wrong and neutral:
+                raise InputError(
+                    "model: a mode neither grows nor decays over all of the map, as without damping: its "
+                    "flutter begins at a lock-in, which critical_points finds, and at no Hopf point"
+                )
+            yield 2 * self.cells + k + 1, total
+        for place in self._extremes():
+            self.search(0, place)
+        for _ in range(_ROUNDS):
+            for place in wrong:
+                self.search(0, place)
+            wrong = [place for place in wrong if not self.compare(place, rows)[1]]
+        name = self.plane.names[1]
+        for place in wrong:
+            self.doubts.append(f"counts contradict the curves at {name} = {self._value(1, place):.6g}")
+
+    def _value(self, axis: int, place: float) -> float:
+        return self.plane.values((place, place))[self.plane.names[axis]]
+
+    def search(self, axis: int, place: float) -> None:
+        """Trace every curve that meets a line and is not known yet."""
+        known = self.crossings(axis, place)
+        for point in self.points(axis, place):
+            if any(_same(point, other) for other in known):
+                continue
+            where = np.array([point.place, place] if axis == 0 else [place, point.place])
+            trace = traced(*self._condition(point, where))
+            met = [] if trace is None else crossings(trace, axis, place)
+            if trace is None or not any(_same(point, other) for other in met):
+                values = self.plane.values(where).items()
+                at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+                self.doubts.append(f"no curve is found through the {point.kind} point at {at}")
+                continue
+            known += met
+            self.traces.append(trace)
+
+    def _condition(self, point: Crossing, where: Real) -> tuple[Condition, Real]:
+        condition: Hopf | Divergence | Separation
+        if point.kind == "hopf":
+            condition = Hopf(self.plane, where, point.omega)
+        elif point.kind == "divergence":
+            condition = Divergence(self.plane, where)
+        else:
+            assert point.contact is not None
+            condition = Separation(self.plane, where, point.contact)
+        return condition, condition.start
+
+    def points(self, axis: int, place: float) -> list[Crossing]:
+        """Return the critical points of a line, in ascending order."""
+        (kinds, contacts, values, eigenvalues, _, slopes, steady), *_ = self.plane.line(
+            axis, place
+        ).critical_points(0.0)
+        lower, upper = self.plane.lower[axis], self.plane.upper[axis]
+        return [
+            Crossing(
+                kind,
+                contact,
+                (value.real - lower) / (upper - lower),
+                abs(eigenvalue.imag) if kind == "hopf" else 0.0,
+                int(np.sign(slope)),
+                exists,
+            )
+            for kind, contact, value, eigenvalue, slope, exists in zip(
+                kinds, contacts, values, eigenvalues, slopes, steady, strict=True
+            )
+            if kind in ("hopf", "divergence", "separation")
+        ]
+
+    def crossings(self, axis: int, place: float) -> list[Crossing]:
+        """Return where the known curves cross a line, in ascending order."""
+        met = [point for trace in self.traces for point in crossings(trace, axis, place)]
+        return sorted(met, key=lambda point: point.place)
+
+    def compare(self, place: float, count: int) -> tuple[Real, bool]:
+        """Return the largest growth rates along a row, and whether the curves tell its counts."""
+        places = (np.arange(count) + 0.5) / count
+        values = np.array([self._value(0, at) for at in places])
+        path = self.plane.line(0, place)
+        found = path.growth(values)
+        modes, steady = found["unstable_modes"], found["steady_sliding"]
+        met = self.crossings(0, place)
+        stable = [point for point in met if point.kind != "separation"]
+        steps = np.array([(2 if point.kind == "hopf" else 1) * point.direction for point in stable])
+        before = np.array([[point.place < at for point in stable] for at in places]).reshape(count, -1)
+        near = np.array([any(abs(point.place - at) < _BESIDE for point in met) for at in places])
+        first = self._count(places[0], place) if modes[0] else 0
+        expected = first + before @ steps.astype(int) - (before[0] @ steps.astype(int))
+        # A growing pair is one mode, and so is a growing real eigenvalue.
+        wrong = np.flatnonzero((2 * modes != expected) & ~near)
+        if wrong.size:
+            whole = np.array([self._count(places[k], place) for k in wrong])
+            wrong = wrong[whole != expected[wrong]]
+        # Between neighbours; at a pole, where the stiffness is singular, forces change their sign as well.
+        flips = steady[1:] != steady[:-1]
+        kinds = np.array([point.kind if point.steady else "" for point in met], dtype=str)
+        between = np.array([(a < point.place < b) for point in met for a, b in pairwise(places)])
+        between = between.reshape(len(met), count - 1)
+        poles = between[[point.kind == "divergence" for point in met]].any(axis=0)
+        opens = between[kinds == "separation"].sum(axis=0) % 2 == 1
+        unsteady = (flips != opens) & ~poles & ~(near[1:] | near[:-1])
+        growth: Real = np.where(steady, found["eigenvalue"].real, np.nan)
+        return growth, not (wrong.size or unsteady.any())
+
+    def _count(self, u: float, v: float) -> int:
+        """Return how many eigenvalues grow at a point."""
+        return growing(eigenvalues(self.plane, np.array([u, v])))
+
+    def is_neutral(self) -> bool:
+        """Return whether some mode neither grows nor decays wherever one looks."""
+        for place in (0.1371, 0.4142, 0.7321):
+            values = np.array([self._value(0, at) for at in (0.2361, 0.5773, 0.8660)])
+            eigenvalue: Complex = self.plane.line(0, place).sweep(values, False)["eigenvalue"]
+            if not (np.abs(eigenvalue.real) <= _NEUTRAL * np.abs(eigenvalue)).any(axis=1).all():
+                return False
+        return True
+
+    def _extremes(self) -> list[float]:
+        """Return rows through regions, smaller than the cells of the map, in which growth has another sign.
+
+        They are searched for around every extreme of the largest growth rate whose neighbours leave room for
+        a change of sign.
+        """
+        rows = []
+        for sign in (1.0, -1.0):
+            for j, i in np.argwhere(_peaks(sign * self.growth)):
+                place = self._peak(np.array([i, j]), sign)
+                rows += [] if place is None else [place]
+        return rows
+
+    def _peak(self, cell: Index, sign: float) -> float | None:
+        """Return the row at which growth changes its sign near an extreme, None where it does not."""
+        count = len(self.growth)
+        centre, half = (cell + 0.5) / count, 1.0 / count
+        best = sign * self.growth[cell[1], cell[0]]
+        for _ in range(_REFINED):
+            steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]) * half
+            u, v = (np.clip(centre[axis] + steps, 0.0, 1.0) for axis in (0, 1))
+            values = np.array([self._value(0, at) for at in u])
+            rates = np.array([self.plane.line(0, at).growth(values)["eigenvalue"].real for at in v])
+            j, i = np.unravel_index(int((sign * rates).argmax()), rates.shape)
+            gained = sign * rates[j, i] - best
+            best, centre, half = sign * rates[j, i], np.array([u[i], v[j]]), 0.5 * half
+            if best > 0.0:
+                return float(centre[1])
+            # Near an extreme what is gained shrinks by four each time; it may shrink by two at a corner.
+            if best + _REACH * max(gained, 0.5 * np.ptp(rates)) < 0.0:
+                return None
+        return None
+
+
+def _peaks(growth: Real) -> Flags:
+    """Return where growth is negative, not smaller than at any neighbour, and within reach of zero."""
+    padded = np.pad(np.nan_to_num(growth, nan=-np.inf), 1, constant_values=-np.inf)
+    count = growth.shape
+    around = [
+        padded[1 + j : 1 + j + count[0], 1 + i : 1 + i + count[1]] for j in (-1, 0, 1) for i in (-1, 0, 1)
+    ]
+    known = np.where(np.isfinite(around), around, growth)
+    rise = np.ptp(known, axis=0)
+    highest: Flags = (growth >= known.max(axis=0)) & (growth < 0.0) & (growth + _REACH * rise > 0.0)
+    return highest
+
+
+def _same(point: Crossing, other: Crossing) -> bool:
+    """Return whether a critical point of a line is where a curve crosses it."""
+    return (
+        (point.kind, point.contact) == (other.kind, other.contact)
+        and abs(point.place - other.place) <= _SAME
+        and abs(point.omega - other.omega) <= 1e-3 * point.omega
+    )
+
+
+def crossings(trace: Trace, axis: int, place: float) -> list[Crossing]:
+    """Return where a curve crosses a line along a parameter (`axis`), the other at a place."""
+    across = trace.points[:, 1 - axis] - place
+    found = []
+    for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)):
+        y = crossing_of(trace, int(k), 1 - axis, place)
+        growth = trace.condition.growth(y)[axis]
+        kind, contact = kind_of(trace.condition)
+        omega = y[2] * trace.condition.scale if isinstance(trace.condition, Hopf) else 0.0
+        direction, steady = int(np.sign(growth)), is_steady(trace.condition, y)
+        found.append(Crossing(kind, contact, float(y[axis]), float(omega), direction, steady))
+    return found
+
+
+def crossing_of(trace: Trace, k: int, axis: int, value: float) -> Real:
+    """Return the point between points k and k + 1 of a curve at which a coordinate has a value."""
+    low, high = 0.0, 1.0
+    below = trace.points[k, axis] < value
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        if (hermite(trace, k, middle)[axis] < value) == below:
+            low = middle
+        else:
+            high = middle
+    guess = hermite(trace, k, 0.5 * (low + high))
+    trace.condition.settle(trace.points[k])
+    found = corrected(trace.condition, guess, np.eye(guess.size)[axis], value)
+    ends = trace.points[k : k + 2]
+    other = 1 - axis
+    slack = 1e-9 + 1e-3 * abs(ends[1, other] - ends[0, other])
+    if found is None or not ends[:, other].min() - slack <= found[0][other] <= ends[:, other].max() + slack:
+        return guess
+    y: Real = found[0]
+    y[axis] = value
+    return y
+
+
+def kind_of(condition: Condition) -> tuple[CurveKind, int | None]:
+    """Return the kind of a curve, and the contact of a separation."""
+    if isinstance(condition, Hopf):
+        return "hopf", None
+    if isinstance(condition, Separation):
+        return "separation", condition.contact
+    return "divergence", None
+
+
+def is_steady(condition: Condition, y: Real) -> bool:
+    """Return whether steady sliding exists at a point, or on one side of it.
+
+    It begins or ends at a separation, and at a divergence, where normal forces have a pole.
+    """
+    places = [y[:2]]
+    if isinstance(condition, Divergence):
+        across = condition.equations(y)[1][0]
+        step = _ACROSS * across / np.linalg.norm(across)
+        places = [y[:2] - step, y[:2] + step]
+    for place in places:
+        values, sizes = margins(condition.plane, place)
+        relative = values[0] / sizes
+        if isinstance(condition, Separation):
+            relative[condition.contact] = 0.0
+        if (relative >= -64 * np.finfo(float).eps).all():
+            return True
+    return False

@@ -1,0 +1,230 @@
+"""One curve by pseudo-arclength (Keller 1977), from a point of it to the border of the unit square or around.
+
+Between its points a curve is the cubic with their tangents. Points at which it turns in u or v are points of
+it, so that it is monotonous in both between two neighbours, and where it crosses a line is where signs say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stickslip.locus.boundary.conditions import Condition, corrected, tangent
+from stickslip.scene.checks import Real
+
+#: Step at most and at least, of the unit square.
+_LARGEST, _SMALLEST = 0.08, 1e-9
+#: Angle between tangents of neighbours that steps aim at, and at which they are refused, rad.
+_ANGLE, _REFUSED = 0.15, 0.5
+#: Points of one curve at most.
+_POINTS = 20_000
+#: Frequency, of that at the start, at which a Hopf curve ends: the error of the end is its square.
+_SLOW = 1e-5
+
+
+class _LostError(Exception):
+    """Newton's method leaves a curve between two of its points."""
+
+
+@dataclass
+class Trace:
+    """Points of one curve in order.
+
+    Attributes
+    ----------
+    points, tangents
+        (k, 2), of Hopf curves (k, 3), see `Condition`.
+    errors
+        By how much the condition misses at every point, (k,).
+    ends
+        Why the curve ends at either side: ``range``, ``zero_frequency``, ``closed``, or ``lost``.
+    turns
+        Places in `points` at which the curve turns, with the axis, 0 or 1, in which it does.
+    """
+
+    condition: Condition
+    points: Real
+    tangents: Real
+    errors: Real
+    ends: tuple[str, str]
+    turns: list[tuple[int, int]] = field(default_factory=list)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it comes back to where it starts."""
+        return self.ends[0] == "closed"
+
+
+def traced(condition: Condition, start: Real) -> Trace | None:
+    """Return the curve through a point, traced in both directions; None where no curve is found there."""
+    row = tangent(condition.equations(start)[1])
+    found = corrected(condition, start, row, float(row @ start))
+    if found is None:
+        return None
+    origin = found[0]
+    forward, end = _followed(condition, origin, 1.0)
+    if end == "closed":
+        return _finished(condition, forward, ("closed", "closed"))
+    backward, begin = _followed(condition, origin, -1.0)
+    return _finished(condition, [*backward[:0:-1], *forward], (begin, end))
+
+
+def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Real], str]:
+    """Return the points from `origin` on, in one of the two senses, and why there are no more."""
+    points, y = [origin], origin
+    condition.settle(y)
+    along = sense * tangent(condition.equations(y)[1])
+    begin, step = along, 0.25 * _LARGEST
+    away = False
+    while len(points) < _POINTS:
+        end = _end(condition, y, along, step)
+        if end is not None:
+            return [*points, end[0]], end[1]
+        step = min(step, max(0.5 * _room(y, along), _SMALLEST))
+        found = corrected(condition, y + step * along, along, float(along @ y) + step)
+        turned = np.inf
+        if found is not None:
+            after = tangent(condition.equations(found[0])[1])
+            after = after if after @ along > 0.0 else -after
+            turned = float(np.arccos(np.clip(after @ along, -1.0, 1.0)))
+        if found is None or turned > _REFUSED or not _inside(found[0]):
+            if step <= _SMALLEST:
+                return points, "range" if _room(y, along) <= 2.0 * _SMALLEST else "lost"
+            step *= 0.3
+            continue
+        before, y, along = y, found[0], after
+        distance = float(np.linalg.norm(y - origin))
+        beside = float(np.linalg.norm((y - origin) - ((y - origin) @ begin) * begin))
+        passes = (before - origin) @ begin < 0.0 <= (y - origin) @ begin
+        if away and passes and distance < 2.0 * _LARGEST and beside < step:
+            return [*points, origin], "closed"
+        away = away or distance > 2.0 * step
+        points.append(y)
+        condition.settle(y)
+        step = min(_LARGEST, step * float(np.clip(_ANGLE / max(turned, 1e-12), 0.3, 2.0)))
+    return points, "lost"
+
+
+def _inside(y: Real) -> bool:
+    return bool((y[:2] >= 0.0).all() and (y[:2] <= 1.0).all() and (y.size == 2 or y[2] > 0.0))
+
+
+def _room(y: Real, along: Real) -> float:
+    """Return the way along the tangent to the border of the square, or to a frequency of zero."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ways = np.where(along[:2] > 0.0, (1.0 - y[:2]) / along[:2], -y[:2] / along[:2])
+        slow = -y[2] / along[2] if y.size == 3 and along[2] < 0.0 else np.inf
+    ways = np.where(along[:2] == 0.0, np.inf, ways)
+    return float(min(ways.min(), slow))
+
+
+def _end(condition: Condition, y: Real, along: Real, step: float) -> tuple[Real, str] | None:
+    """Return the end of a curve within a step: on the border, or where the frequency vanishes."""
+    room = _room(y, along)
+    if room > step:
+        return None
+    reached = y + room * along
+    if y.size == 3 and along[2] < 0.0 and -y[2] / along[2] <= room:
+        found = corrected(condition, np.array([*reached[:2], _SLOW]), np.array([0.0, 0.0, 1.0]), _SLOW)
+        return None if found is None else (found[0], "zero_frequency")
+    axis = int(np.argmin(np.minimum(reached[:2], 1.0 - reached[:2])))
+    side = 0.0 if reached[axis] < 0.5 else 1.0
+    found = corrected(condition, reached, np.eye(y.size)[axis], side)
+    if found is None:
+        return None
+    end = found[0]
+    end[axis] = side
+    if not _inside(end) or (end - y) @ along < -1e-12 or np.linalg.norm(end - y) > 2.0 * step + 1e-12:
+        return None
+    return end, "range"
+
+
+def _finished(condition: Condition, points: list[Real], ends: tuple[str, str]) -> Trace:
+    """Return a curve with tangents that follow it, and with the points at which it turns."""
+    # An end at the start is that point twice.
+    kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
+    tangents: list[Real] = []
+    errors = []
+    way = None
+    for y in kept:
+        errors.append(condition.settle(y))
+        along = tangent(condition.equations(y)[1])
+        if way is None and len(kept) > 1:
+            way = kept[1] - kept[0]
+        tangents.append(along if way is None or along @ way >= 0.0 else -along)
+        way = tangents[-1]
+    trace = Trace(condition, np.array(kept), np.array(tangents), np.array(errors), ends)
+    for axis in (0, 1):
+        _turned(trace, axis)
+    return trace
+
+
+def _turned(trace: Trace, axis: int) -> None:
+    """Put the points at which a curve turns in u or v among its points."""
+    signs = np.sign(trace.tangents[:, axis])
+    for k in np.flatnonzero(signs[:-1] * signs[1:] < 0.0)[::-1]:
+        found = located(trace, int(k), lambda y, along: float(along[axis]))
+        if found is None or min(found[3], 1.0 - found[3]) < 1e-9:
+            continue
+        y, along, error, _ = found
+        along[axis] = 0.0
+        trace.points = np.insert(trace.points, k + 1, y, axis=0)
+        trace.tangents = np.insert(trace.tangents, k + 1, along, axis=0)
+        trace.errors = np.insert(trace.errors, k + 1, error)
+        trace.turns = [(place + (place > k), which) for place, which in trace.turns]
+        trace.turns.append((int(k) + 1, axis))
+
+
+def hermite(trace: Trace, k: int, t: float) -> Real:
+    """Return the cubic between points k and k + 1 at the part t of the way."""
+    a, b = trace.points[k : k + 2]
+    way = float(np.linalg.norm(b - a))
+    s, r = t * t * (3.0 - 2.0 * t), t * (1.0 - t)
+    y: Real = a + s * (b - a) + way * r * ((1.0 - t) * trace.tangents[k] - t * trace.tangents[k + 1])
+    return y
+
+
+def located(
+    trace: Trace, k: int, function: Callable[[Real, Real], float]
+) -> tuple[Real, Real, float, float] | None:
+    """Return where a function of point and tangent vanishes between points k and k + 1 of a curve.
+
+    That is the point, its tangent, by how much the condition misses, and the part of the way; None where it
+    has like signs at both ends.
+    """
+    a, b = trace.points[k : k + 2]
+    chord = (b - a) / np.linalg.norm(b - a)
+    trace.condition.settle(a)
+
+    def at(t: float) -> tuple[Real, Real, float] | None:
+        guess = hermite(trace, k, t)
+        found = corrected(trace.condition, guess, chord, float(chord @ guess))
+        if found is None:
+            return None
+        along = tangent(trace.condition.equations(found[0])[1])
+        along = along if along @ chord > 0.0 else -along
+        return found[0], along, function(found[0], along)
+
+    if function(a, trace.tangents[k]) * function(b, trace.tangents[k + 1]) > 0.0:
+        return None
+
+    def value(t: float) -> float:
+        if t in (0.0, 1.0):
+            return function(trace.points[k + int(t)], trace.tangents[k + int(t)])
+        found = at(t)
+        if found is None:
+            raise _LostError
+        return found[2]
+
+    try:
+        part = float(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15, disp=False))
+    except _LostError:
+        return None
+    found = at(part)
+    if found is None:
+        return None
+    return found[0], found[1], trace.condition.settle(found[0]), part
