@@ -26,7 +26,7 @@ _STEPS = 8
 _CONVERGED = 1e-13
 #: Step up to which a point counts as found where rounding stops the method.
 _FOUND = 1e-9
-#: Reciprocal of an eigenvalue, of the largest, up to which it is that of a massless direction.
+#: Reciprocal of an eigenvalue, of that of the stiffest direction, up to which it is of a massless one.
 _INFINITE = 1e-13
 #: Real part of an eigenvalue, of its modulus, up to which it neither grows nor decays.
 _NEUTRAL = 1e-11
@@ -110,8 +110,10 @@ class Divergence:
 
     def __init__(self, plane: Plane, place: Real) -> None:
         self.plane, self.start = plane, np.array(place, dtype=float)
-        stiffness = plane.at(*place).stiffness[0]
-        size = np.abs(stiffness)
+        mass, damping, stiffness = (part[0] for part in plane.at(*place)[:3])
+        # What else acts on a direction sizes it where its stiffness is what vanishes.
+        rate = _rate(mass, stiffness)
+        size = np.abs(stiffness) + rate * np.abs(damping) + rate**2 * np.abs(mass)
         self.units = 1.0 / np.sqrt(np.maximum(size.max(axis=0), size.max(axis=1)))
         left, _, right = scipy.linalg.svd(stiffness * self.units[:, None] * self.units)
         self.b, self.c = left[:, -1], right[-1]
@@ -192,15 +194,23 @@ def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
 
 
 def eigenvalues(plane: Plane, y: Real) -> Complex:
-    """Return all finite eigenvalues at a point, those of ``1 / lambda``: the mass may be singular."""
+    """Return all finite eigenvalues at a point."""
     mass, damping, stiffness = (part[0] for part in plane.at(float(y[0]), float(y[1]))[:3])
     size = len(mass)
-    whole = np.zeros((2 * size, 2 * size))
-    whole[:size] = -np.linalg.solve(stiffness, np.hstack([damping, mass]))
-    whole[size:, :size] = np.eye(size)
-    inverse = np.linalg.eigvals(whole).astype(complex)
-    found: Complex = 1.0 / inverse[np.abs(inverse) > _INFINITE * np.abs(inverse).max()]
+    rate = _rate(mass, stiffness)
+    whole, right = np.zeros((2, 2 * size, 2 * size))
+    whole[:size, size:] = right[:size, :size] = np.eye(size)
+    whole[size:] = -np.hstack([stiffness, rate * damping]) / np.abs(stiffness).max()
+    right[size:, size:] = rate**2 * mass / np.abs(stiffness).max()
+    above, below = scipy.linalg.eigvals(whole, right, homogeneous_eigvals=True, check_finite=False)
+    finite = np.abs(below) > _INFINITE * np.abs(above)
+    found: Complex = rate * above[finite] / below[finite]
     return found
+
+
+def _rate(mass: Real, stiffness: Real) -> float:
+    """Return a rate at which inertia is as large as stiffness, 1/s."""
+    return float(np.sqrt(np.abs(stiffness).max() / max(np.abs(mass).max(), 1e-300)))
 
 
 def growing(values: Complex) -> int:

@@ -154,9 +154,8 @@ class Search:
 
     def points(self, axis: int, place: float) -> list[Crossing]:
         """Return the critical points of a line, in ascending order."""
-        (kinds, contacts, values, eigenvalues, _, slopes, steady), *_ = self.plane.line(
-            axis, place
-        ).critical_points(0.0)
+        path = self.plane.line(axis, place)
+        kinds, contacts, values, eigenvalues, _, slopes, steady = path.stability_limits()
         lower, upper = self.plane.lower[axis], self.plane.upper[axis]
         return [
             Crossing(

@@ -20,6 +20,10 @@ from stickslip.scene.checks import Real
 _LARGEST, _SMALLEST = 0.08, 1e-9
 #: Angle between tangents of neighbours that steps aim at, and at which they are refused, rad.
 _ANGLE, _REFUSED = 0.15, 0.5
+#: Way to the border at which a curve ends that Newton's method cannot follow, as where damping vanishes.
+_EDGE = 1e-6
+#: Part of a tangent below which it is rounding.
+_STRAIGHT = 1e-10
 #: Points of one curve at most.
 _POINTS = 20_000
 #: Frequency, of that at the start, at which a Hopf curve ends: the error of the end is its square.
@@ -93,7 +97,7 @@ def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Re
             turned = float(np.arccos(np.clip(after @ along, -1.0, 1.0)))
         if found is None or turned > _REFUSED or not _inside(found[0]):
             if step <= _SMALLEST:
-                return points, "range" if _room(y, along) <= 2.0 * _SMALLEST else "lost"
+                return points, "range" if _room(y, along) <= _EDGE else "lost"
             step *= 0.3
             continue
         before, y, along = y, found[0], after
@@ -165,15 +169,19 @@ def _finished(condition: Condition, points: list[Real], ends: tuple[str, str]) -
 
 def _turned(trace: Trace, axis: int) -> None:
     """Put the points at which a curve turns in u or v among its points."""
-    signs = np.sign(trace.tangents[:, axis])
+    along = trace.tangents[:, axis]
+    signs = np.where(np.abs(along) > _STRAIGHT, np.sign(along), 0.0)
+    # A point may turn by itself; a straight line does not turn by rounding.
+    turns = np.flatnonzero((signs[1:-1] == 0.0) & (signs[:-2] * signs[2:] < 0.0)) + 1
+    trace.turns += [(int(k), axis) for k in turns]
     for k in np.flatnonzero(signs[:-1] * signs[1:] < 0.0)[::-1]:
         found = located(trace, int(k), lambda y, along: float(along[axis]))
         if found is None or min(found[3], 1.0 - found[3]) < 1e-9:
             continue
-        y, along, error, _ = found
-        along[axis] = 0.0
+        y, tangent_there, error, _ = found
+        tangent_there[axis] = 0.0
         trace.points = np.insert(trace.points, k + 1, y, axis=0)
-        trace.tangents = np.insert(trace.tangents, k + 1, along, axis=0)
+        trace.tangents = np.insert(trace.tangents, k + 1, tangent_there, axis=0)
         trace.errors = np.insert(trace.errors, k + 1, error)
         trace.turns = [(place + (place > k), which) for place, which in trace.turns]
         trace.turns.append((int(k) + 1, axis))

@@ -231,6 +231,16 @@ impl Path {
         Ok((critical_arrays(py, &found.points, &steady), found.nodes, found.followed))
     }
 
+    /// The points alone at which stability, or steady sliding, begins or ends.
+    fn stability_limits<'py>(&self, py: Python<'py>) -> PyResult<CriticalArrays<'py>> {
+        let (points, steady) = self.watched(py, |path| {
+            let points = core::locus::stability_limits(path)?;
+            let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+            Ok((points, path.steady(&values)))
+        })?;
+        Ok(critical_arrays(py, &points, &steady))
+    }
+
     /// The verdict at each value.
     fn growth<'py>(
         &self,

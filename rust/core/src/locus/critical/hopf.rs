@@ -35,11 +35,16 @@ pub struct HopfSearch {
 
 /// All Hopf points of a path, as `critical_points` finds them among all others.
 pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
-    let values = initial_values(&path, INTERVALS);
-    let mesh = Mesh::joined(path, &values, &|ends, _, divisible| joined(path, ends, divisible))?;
+    let mesh = hopf_mesh(path)?;
     let points = axis_crossings(path, &mesh, 0..mesh.links.len())?;
     let followed = (0..mesh.links.len()).map(|k| mesh.continued(k).len()).sum();
     Ok(HopfSearch { points, nodes: mesh.nodes.len(), followed })
+}
+
+/// The mesh on which the modes that may reach the imaginary axis are followed.
+pub(super) fn hopf_mesh(path: WatchedPath<'_>) -> Result<Mesh, Error> {
+    let values = initial_values(&path, INTERVALS);
+    Mesh::joined(path, &values, &|ends, _, divisible| joined(path, ends, divisible))
 }
 
 /// The first Hopf point from the lower end on that is `wanted`; beyond, nothing is computed.

@@ -10,6 +10,7 @@ use crate::error::input::Error;
 use crate::linalg::dense::determinant_sign;
 use crate::locus::branches::Mesh;
 use crate::locus::critical::exceptional_point::ImplicitDeterminant;
+use crate::locus::critical::hopf::hopf_mesh;
 use crate::locus::critical::lock_ins::lock_ins;
 use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::critical::roots::{
@@ -52,6 +53,17 @@ pub fn critical_points(path: WatchedPath<'_>, imaginary: f64) -> Result<Critical
     points.extend(separations(&path, &values));
     points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
     Ok(CriticalSearch { points, nodes: search.mesh.nodes.len(), starts })
+}
+
+/// The points alone at which stability, or steady sliding, begins or ends: Hopf points, divergences, separations.
+pub fn stability_limits(path: WatchedPath<'_>) -> Result<Vec<CriticalPoint>, Error> {
+    let (lower, upper) = path.range();
+    let search = CriticalMesh { path, mesh: hopf_mesh(path)?, span: upper - lower };
+    let mut points = search.divergences();
+    points.extend(axis_crossings(path, &search.mesh, 0..search.mesh.links.len())?);
+    points.extend(separations(&path, &initial_values(&path, INTERVALS)));
+    points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
+    Ok(points)
 }
 
 /// For every mode of `a` the mode of `b` that continues it, from the continuation of members.

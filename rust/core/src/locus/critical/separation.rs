@@ -73,7 +73,8 @@ fn boundary(path: &Path, contact: usize, from: &Point, to: &Point) -> Option<Cri
     };
     let Steady { mut margins, .. } = path.steady_at(p);
     *margins.get_mut(contact)? = 0.0;
-    let is_pole = size > before.abs().min(after.abs());
+    // At a zero that is an end itself the other end tells.
+    let is_pole = size > before.abs().max(after.abs());
     if is_pole || !Steady::new(&path.combination, &path.speeds(p), margins).exists {
         return None;
     }
