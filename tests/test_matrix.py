@@ -84,6 +84,22 @@ def between(kind: Kind) -> dict[str, Any]:
     return {name: (low, high)}
 
 
+def bounded(kind: Kind, folder: Any) -> None:
+    """Find where stability ends over the parameter of a kind and its stiffness; tell, keep and draw it."""
+    found = ss.stability_boundary(kind.scene, {**between(kind), "stiffness": (0.9, 1.1)}, cells=4)
+    assert found.doubts == ()
+    told(found)
+    again(found)
+    back(found.to_dataset(), folder)
+    found.plot()
+
+
+def plane(kind: Kind) -> list[str]:
+    """Return the same two parameters as the command line takes them."""
+    name, low, high = kind.parameter
+    return ["--over", f"{name}={low}:{high}", "--over", "stiffness=0.9:1.1", "--cells", "4"]
+
+
 def varied(kind: Kind) -> types.Bifurcation:
     return ss.bifurcation(kind.scene, over(kind, 2), stretch=0.5 * kind.duration, limit=kind.duration)
 
@@ -163,6 +179,7 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "sensitivity": lambda kind, _: ss.sensitivity(kind.scene),
     "sweep": lambda kind, _: ss.plot(ss.sweep(kind.scene, over(kind, 5))),
     "critical points": lambda kind, _: ss.critical_points(kind.scene, between(kind)).plot(),
+    "stability boundary": bounded,
     "stability": lambda kind, _: ss.stability(kind.scene, over(kind, 2)),
     "factors": lambda kind, _: ss.sweep(kind.scene, {"stiffness": [1.0, 1.1], "mass": [1.0, 1.1]}),
     "coefficients": lambda kind, _: ss.stability(kind.scene, {"damping_stiffness": [1e-5, 2e-5]}),
@@ -193,12 +210,14 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "modes verb": lambda kind, folder: verb("modes", saved(kind, folder)),
     "simulate verb": lambda kind, folder: verb("simulate", saved(kind, folder)),
     "sweep verb": lambda kind, folder: verb("sweep", saved(kind, folder), "--over", axis(kind)),
+    "boundary verb": lambda kind, folder: verb("boundary", saved(kind, folder), *plane(kind)),
     "cycle verb": lambda kind, folder: verb("cycle", saved(kind, folder), "--further", 1, codes=(0, 1, 3)),
     "report verb": reported_by_verb,
 }
 
 CYCLE = ("cycle told", "cycle pickled", "cycle in a file", "cycle drawn", "harmonics")
 VARIED = ("sweep", "critical points", "stability", "bifurcation", "study", "sweep verb")
+VARIED += ("stability boundary", "boundary verb")
 GROWING = ("Stribeck", "table", "formula", "two subsystems", "chain")
 RECURRING = (
     *("lumped belt", "Stribeck", "table", "formula", "harmonic load", "vibrating slider"),
@@ -260,4 +279,4 @@ def test_every_kind_is_seen_through_every_view(kind, view, folders):
 def test_the_cells_are_counted():
     cells = {(kind, view) for kind in KINDS for view in VIEWS}
     assert cells > set(REFUSED)
-    assert (len(cells), len(REFUSED)) == (1173, 118)
+    assert (len(cells), len(REFUSED)) == (1219, 120)

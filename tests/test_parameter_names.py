@@ -202,6 +202,7 @@ def test_two_axes_of_parameters_and_starts_are_one_map():
 CALLS = {
     ss.sweep: np.array([1.5, 1.52]),
     ss.critical_points: (1.4, 1.6),
+    ss.stability_boundary: (1.4, 1.6),
     ss.stability: np.array([1.5, 1.52]),
     ss.sensitivity: 1.5,
     ss.bifurcation: np.array([1.5]),

@@ -19,6 +19,12 @@ import stickslip as ss
 from stickslip import types
 
 
+def plane_of():
+    """Return where the published model becomes unstable over two parameters; the curve turns in one."""
+    ranges = {"friction": (0.5, 0.75), "vertical_stiffness_0": (2e5, 4e5)}
+    return ss.stability_boundary(ss.models.two_subsystems, ranges, cells=3)
+
+
 @cache
 def examples():
     scene = ss.models.two_subsystems()
@@ -49,6 +55,9 @@ def examples():
         "StatusTable": ss.status_table(scene, ["++", "ss"]),
         "CriticalPoint": ss.critical_points(scene, {"friction": (0.5, 1.0)}, kinds=("hopf",))[0],
         "CriticalPoints": ss.critical_points(scene, {"friction": (0.5, 1.0)}),
+        "StabilityBoundary": (boundary := plane_of()),
+        "BoundaryCurve": boundary[0],
+        "CodimensionTwo": boundary.points[0],
         "Trajectory": run,
         "Motion": cycle.run,
         "Basins": types.Basins(xr.DataArray([[0]], {"x": [0.5], "y": [1.0]}, ("x", "y")), (cycle,)),
@@ -83,12 +92,13 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "CriticalPoints", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events",
-    "FrequencyResponse", "Grazing", "Harmonic", "InputError", "Interrupted", "Margin", "Mode",
-    "ModeSelection", "Modes", "Motion", "NoSteadyStateError", "NotPeriodicError", "OrbitError",
-    "Outcome", "Rayleigh", "Reduced", "RunError", "Scene", "State", "StatusTable", "StickslipError",
-    "Study", "StudyError", "Switched", "Trajectory",
+    "Accumulation", "Balance", "Basins", "Bifurcation", "BoundaryCurve", "Branch", "BranchPoint",
+    "Case", "CodimensionTwo", "Contact", "CriticalPoint", "CriticalPoints", "Cycle", "CyclePhase",
+    "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic", "InputError",
+    "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
+    "NotPeriodicError", "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "Scene",
+    "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError", "Switched",
+    "Trajectory",
 ]  # fmt: skip
 
 
@@ -355,7 +365,7 @@ RESULTS = [
     "Balance", "Basins", "Bifurcation", "Branch", "CriticalPoints", "Cycle", "Equilibrium", "Events",
     "FrequencyResponse",
     "ModeSelection", "Modes", "Motion",
-    "StatusTable", "Trajectory",
+    "StabilityBoundary", "StatusTable", "Trajectory",
 ]  # fmt: skip
 
 

@@ -6,7 +6,8 @@ from .cycles.branches.branch import Branch, BranchPoint
 from .cycles.frequency_response import FrequencyResponse
 from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
-from .locus.boundary.curves import BoundaryCurve, CodimensionTwo, StabilityBoundary
+from .locus.boundary.curves import BoundaryCurve, CodimensionTwo
+from .locus.boundary.result import StabilityBoundary
 from .locus.points import CriticalPoint, CriticalPoints
 from .modes.modes import Mode
 from .modes.status_table import StatusTable

@@ -324,7 +324,7 @@ INTERRUPTED = """
     interrupt = Interrupt(after=1.0)
     try:
         ss.stability_boundary(ss.models.two_subsystems, plane, cells=1000)
-    except ss.errors.SearchInterrupted as stopped:
+    except ss.Interrupted as stopped:
         print(len(stopped.partial), stopped.partial.doubts[-1].startswith("interrupted after"), stopped)
 """
 

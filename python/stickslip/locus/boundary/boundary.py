@@ -11,8 +11,9 @@ import xarray as xr
 from stickslip.faults import InputError, Interrupted
 from stickslip.locus.boundary.codimension import meetings, others, without_repetitions
 from stickslip.locus.boundary.conditions import Hopf, Separation, growing
-from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo, StabilityBoundary
+from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
 from stickslip.locus.boundary.plane import Plane
+from stickslip.locus.boundary.result import StabilityBoundary
 from stickslip.locus.boundary.search import FINER, Search, is_steady, kind_of
 from stickslip.locus.boundary.tracing import Trace
 from stickslip.locus.path import Sliding

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.lines import Line2D
 
-from stickslip.faults import InputError
-from stickslip.scene.checks import described
+from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
 from stickslip.show.plots import axes_of
 from stickslip.show.style import quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from stickslip.locus.boundary.curves import StabilityBoundary
 
 #: Line of every kind of curve.
 LINES: dict[str, Any] = {"hopf": "-", "divergence": "-.", "separation": "--"}
@@ -26,34 +25,40 @@ STYLES = (("0.5", 0.7), ("black", 0.7), ("black", 1.6))
 MARKERS = {"double_hopf": "o", "zero_hopf": "s", "zero_frequency": "D", "separation": "^"}
 
 
-def stability_boundary(boundary: StabilityBoundary, *, growth: bool = True, ax: Axes | None = None) -> Axes:
-    """Draw the curves on the map of growth; return the Axes.
-
-    The second parameter is the horizontal axis, as in `stability_map`. Curves at which a stable region ends
-    are black and thick, those beyond which other modes grow are thin, and those without steady sliding grey.
+def stability_boundary(
+    curves: Sequence[BoundaryCurve],
+    points: Sequence[CodimensionTwo],
+    ranges: Mapping[str, tuple[float, float]],
+    units: Mapping[str, str],
+    *,
+    growth: xr.DataArray | None,
+    ax: Axes | None,
+) -> Axes:
+    """Draw curves, and points at which they meet, over two parameters; return the Axes.
 
     Parameters
     ----------
-    boundary
-        Result of `ss.stability_boundary`.
+    curves, points
+        What to draw.
+    ranges, units
+        Of the two parameters by name; the second one is the horizontal axis.
     growth
-        Whether to draw the map; without it curves are drawn on what the axes show.
+        Largest growth rate over both, 1/s, drawn below the curves; None: nothing.
     ax
         Where to draw; None: on axes of its own.
     """
-    if not hasattr(boundary, "resolution"):
-        raise InputError(f"boundary: expected what stability_boundary returns, got {described(boundary)}")
     axes = axes_of(ax)
-    upward, across = boundary.parameters
-    if growth:
-        rates = boundary.map.growth_rate.transpose(upward, across)
+    upward, across = ranges
+    spans = ranges[upward][1] - ranges[upward][0], ranges[across][1] - ranges[across][0]
+    if growth is not None:
+        rates = growth.transpose(upward, across)
         reach = float(np.nanmax(np.abs(rates.to_numpy()), initial=0.0)) or 1.0
-        grid = boundary.map[across].to_numpy(), boundary.map[upward].to_numpy()
+        grid = growth[across].to_numpy(), growth[upward].to_numpy()
         shades = axes.pcolormesh(*grid, rates, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
         axes.figure.colorbar(shades, ax=axes, label="largest growth rate, 1/s")
     handles: dict[str, Line2D] = {}
-    for curve in boundary:
-        drawn = curve.drawn(boundary.spans)
+    for curve in curves:
+        drawn = curve.drawn(spans)
         parts = (len(drawn) - 1) // max(len(curve.values) - 1, 1)
         steady = curve.steady_sliding[:-1] & curve.steady_sliding[1:]
         thick = steady & (np.minimum(curve.unstable_modes[:-1], curve.unstable_modes[1:]) == 0)
@@ -65,7 +70,7 @@ def stability_boundary(boundary: StabilityBoundary, *, growth: bool = True, ax: 
             colour, width = STYLES[look[first]]
             axes.plot(piece[:, 1], piece[:, 0], LINES[curve.kind], color=colour, linewidth=width, label="_")
         handles[curve.kind] = Line2D([], [], color="black", linestyle=LINES[curve.kind], label=curve.kind)
-    for point in boundary.points:
+    for point in points:
         if point.kind in MARKERS:
             label = point.kind.replace("_", " ") + (" on a Hopf curve" if point.kind == "separation" else "")
             (handles[label],) = axes.plot(
@@ -77,11 +82,9 @@ def stability_boundary(boundary: StabilityBoundary, *, growth: bool = True, ax: 
                 label=label,
                 linestyle="none",
             )
-    (left, right), (low, high) = boundary.parameters[across], boundary.parameters[upward]
-    units = {name: boundary.map[name].attrs.get("units", "") for name in (across, upward)}
     axes.set(
-        xlim=(left, right),
-        ylim=(low, high),
+        xlim=ranges[across],
+        ylim=ranges[upward],
         xlabel=quantity(across, units[across]),
         ylabel=quantity(upward, units[upward]),
     )
