@@ -2,6 +2,7 @@
 
 from verification import (
     belt,
+    bistable,
     bounces,
     bouncing_bar,
     collision,
@@ -28,6 +29,7 @@ FAMILIES = (
     den_hartog,
     belt,
     damped_belt,
+    bistable,
     friction_laws,
     bounces,
     collision,

@@ -189,7 +189,8 @@ def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
         scipy.linalg.lu_solve(factors, load[k] - stiffness[k] @ rest, check_finite=False) for k in (1, 2)
     ]
     slopes = [rows[0] @ moved[k - 1] + rows[k] @ rest - offsets[k] for k in (1, 2)]
-    sizes = np.abs(rows[0]) @ np.abs(rest) + np.abs(offsets[0])
+    # Without load all terms vanish together; what they change by over the range remains.
+    sizes = np.abs(rows[0]) @ np.abs(rest) + np.abs(offsets[0]) + np.abs(slopes).sum(axis=0)
     return np.array([rows[0] @ rest - offsets[0], *slopes]), np.maximum(sizes, 1e-300)
 
 

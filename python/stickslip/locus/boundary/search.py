@@ -42,6 +42,8 @@ _ACROSS = 1e-6
 _ROUNDS = 3
 #: Real parts below this part of the modulus don't tell growth from decay.
 _NEUTRAL = 1e-10
+#: Nearest that a row comes to the border of the map, where a curve ends and does not cross it.
+_INNER = 1e-6
 #: How much further growth may rise beside an extreme of the map than it does to its neighbours.
 _REACH = 2.0
 #: Refinements around an extreme of growth, each twice as fine as the one before.
@@ -240,7 +242,7 @@ class Search:
         best = sign * self.growth[cell[1], cell[0]]
         for _ in range(_REFINED):
             steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]) * half
-            u, v = (np.clip(centre[axis] + steps, 0.0, 1.0) for axis in (0, 1))
+            u, v = (np.clip(centre[axis] + steps, _INNER, 1.0 - _INNER) for axis in (0, 1))
             values = np.array([self._value(0, at) for at in u])
             rates = np.array([self.plane.line(0, at).growth(values)["eigenvalue"].real for at in v])
             j, i = np.unravel_index(int((sign * rates).argmax()), rates.shape)
