@@ -69,7 +69,9 @@ def contradictions(boundary, model, parameters, cells, beside=1e-5):
 
     def growing(along, k, j):
         values = {names[along]: float(places[along][j]), names[1 - along]: float(places[1 - along][k])}
-        return np.count_nonzero(ss.complex_modes(Family(model).scene(values)).unstable)
+        scene = Family(model).scene(values)
+        modes = ss.complex_modes(scene, scene.core.sliding_combination())
+        return np.count_nonzero(modes.with_conjugates.unstable)
 
     wrong, compared = [], 0
     for along in (0, 1):

@@ -175,7 +175,7 @@ def _marginal(
     value = result["eigenvalue"]
     # Most points are told by their eigenvalues alone; of the others the modes know their rounding.
     near = (value.real >= -_NEARLY * np.abs(value)).any(axis=-1)
-    found = np.zeros_like(asked)
+    found: Flags = np.zeros(asked.shape, bool)
     for place in np.argwhere(asked & near):
         point = {name: float(values[k]) for (name, values), k in zip(axes.items(), place, strict=True)}
         modes = complex_modes(sliding.family.scene({**fixed, **point}), sliding.combination)
