@@ -132,6 +132,8 @@ class Scene:
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
     # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
     def matrices(self) -> list[_SparseData]: ...
+    # mu and its first three derivatives over the slip speed, in steady sliding
+    def friction_derivatives(self, contact: int) -> list[float]: ...
     def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 

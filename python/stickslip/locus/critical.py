@@ -12,6 +12,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.faults import InputError, NoSteadyStateError
 from stickslip.locus.band.path import BandPath, is_large, wanted_region
+from stickslip.locus.criticality import criticality
 from stickslip.locus.path import Sliding
 from stickslip.locus.points import KINDS, CriticalPoint, CriticalPoints, Kind
 from stickslip.modes.complex_modes import complex_modes
@@ -137,20 +138,27 @@ def _found(
 def _with_causes(
     points: list[CriticalPoint], sliding: Sliding, fixed: Mapping[str, float]
 ) -> list[CriticalPoint]:
-    """Tell falling friction from mode coupling, by the spectrum with constant friction."""
+    """Tell falling friction from mode coupling, and how motions grow from Hopf points."""
 
-    def cause(point: CriticalPoint) -> str | None:
+    def explained(point: CriticalPoint) -> CriticalPoint:
+        if point.kind not in ("hopf", "divergence"):
+            return point
         scene = sliding.family.scene({**fixed, point.parameter: point.value})
-        if point.kind not in ("hopf", "divergence") or not scene.core.has_friction_laws:
-            return None
+        letters = sliding.letters(scene)
+        if point.kind == "hopf" and (found := criticality(scene, letters, point.eigenvalue)) is not None:
+            point = dataclasses.replace(point, criticality=found[0], lyapunov=found[1])
+        if not scene.core.has_friction_laws:
+            return point
+        # By the spectrum with constant friction.
         held = scene.replace(
             friction=[contact.coefficient() for contact in scene.contacts], static_friction=None
         )
-        others = complex_modes(held, sliding.letters(scene), near=point.eigenvalue, count=1).eigenvalues
+        others = complex_modes(held, letters, near=point.eigenvalue, count=1).eigenvalues
         nearest = others[np.abs(others - point.eigenvalue).argmin()]
-        return "falling friction" if nearest.real < 0.0 else "mode coupling"
+        cause = "falling friction" if nearest.real < 0.0 else "mode coupling"
+        return dataclasses.replace(point, cause=cause)
 
-    return [dataclasses.replace(point, cause=cause(point)) for point in points]
+    return [explained(point) for point in points]
 
 
 def _range(

@@ -35,6 +35,8 @@ CHECKS = (-0.61803398875, 0.2360679775)
 INTERPOLATED = 64 * np.finfo(float).eps
 #: How many of the sampled arrays are `Reduced.statics`.
 STATICS = 4
+#: Which of them, from the end, are the rows of contact forces.
+ROWS = 3
 #: Halvings of the range after which a model counts as not smooth.
 _HALVINGS = 12
 
@@ -150,7 +152,7 @@ class Interpolation:
         """Return the Chebyshev series from `lower` to `upper`, piece by piece."""
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
-        self.proportional = self.is_proportional(scene)
+        self.proportional, self.dependent = self.is_proportional(scene), scene.core.dependent
         self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
         self.size = self.known[lower][0].shape[0]
         ends = [lower, *self.knots(scene, upper), upper]
@@ -207,6 +209,15 @@ class Interpolation:
             damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
         return (core.mass, *damping, core.stiffness, *core.statics)
 
+    def least(self, sampled: tuple[Real, ...], k: int) -> float:
+        """Return the size of which the rounding of a sampled array is a part, whatever its entries.
+
+        Where directions depend on each other, rows of contact forces are what is left of rows of K.
+        """
+        if not self.dependent or k != len(sampled) - ROWS:
+            return 0.0
+        return float(np.abs(sampled[-STATICS - 1]).max(initial=0.0))
+
     def pieces(self, lower: float, upper: float, halvings: int) -> list[Any]:
         """Return Chebyshev series on adjacent intervals, each halved at most so often."""
         centre, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
@@ -223,7 +234,7 @@ class Interpolation:
             series = [coefficients_of(np.array(values)) for values in zip(*sampled, strict=True)]
             if all(
                 # Loads may vanish on the way: their error counts beside their largest value.
-                agrees(coefficients, t, value, len(check) - k <= STATICS, self.error)
+                agrees(coefficients, t, value, len(check) - k <= STATICS, self.error, self.least(check, k))
                 for t, check in zip(CHECKS, checks, strict=True)
                 for k, (coefficients, value) in enumerate(zip(series, check, strict=True))
             ):
@@ -258,12 +269,14 @@ def coefficients_of(values: Real) -> Real:
     return coefficients
 
 
-def agrees(coefficients: Real, t: float, value: Real, whole: bool, error: float) -> bool:
-    """Return whether a series has a value at t; `whole`: to an error of its largest value."""
+def agrees(
+    coefficients: Real, t: float, value: Real, whole: bool, error: float, least: float = 0.0
+) -> bool:
+    """Return whether a series has a value at t; `whole`: to an error of its largest value, or of `least`."""
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
     largest = np.abs(coefficients).sum(axis=0).max(initial=0.0)
     scale = np.maximum(
-        np.abs(value).max(axis=1, keepdims=True, initial=0.0), largest * (1.0 if whole else 1e-300)
+        np.abs(value).max(axis=1, keepdims=True, initial=least), largest * (1.0 if whole else 1e-300)
     )
     return bool((np.abs(interpolated - value) <= error * scale).all())
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 import numpy as np
 import xarray as xr
 
+from stickslip.locus.criticality import Criticality
 from stickslip.scene.parameters.values import apart
 from stickslip.show.summary import Shown, Summary, Table
 
@@ -64,6 +65,16 @@ class CriticalPoint:
         Cause of a Hopf point or divergence if friction depends on slip speed: ``falling friction`` if the
         eigenvalue would be stable with the friction of steady sliding held constant, ``mode coupling`` if it
         would not. None elsewhere.
+    criticality
+        At a Hopf point how motions grow from it. ``supercritical``: a stable cycle grows from zero beyond the
+        point; ``subcritical``: an unstable cycle lies around stable sliding before the point, and beyond it
+        the motion jumps to a large one; ``linear until a status changes``: friction does not depend on slip
+        speed, or not to third order. None elsewhere, where a contact sticks, and where equilibrium is not
+        the only one.
+    lyapunov
+        The first Lyapunov coefficient l_1 of that, 1/m^2, for a mode whose largest displacement is 1 m:
+        negative if supercritical. A cycle near the point has the amplitude ``a`` of this displacement with
+        ``a^2 = -4 slope (p - value) / (2 pi frequency lyapunov)``. None where `criticality` is.
     """
 
     kind: Kind
@@ -78,6 +89,8 @@ class CriticalPoint:
     contact: int | None = None
     name: str | None = None
     cause: str | None = None
+    criticality: Criticality | None = None
+    lyapunov: float | None = None
 
     @property
     def frequency(self) -> float:
@@ -91,7 +104,15 @@ class CriticalPoint:
             return f"contact {self.name} {'opens' if self.direction > 0 else 'closes'}"
         toward = {1: "destabilising", -1: "stabilising", 0: ""}[self.direction]
         return ", ".join(
-            filter(None, [toward, self.cause, "" if self.steady_sliding else "no steady sliding there"])
+            filter(
+                None,
+                [
+                    toward,
+                    self.cause,
+                    self.criticality,
+                    "" if self.steady_sliding else "no steady sliding there",
+                ],
+            )
         )
 
     def __repr__(self) -> str:
@@ -128,8 +149,8 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
         """Return the points over ``point``, with the parameter as a coordinate.
 
         Variables are the attributes of `CriticalPoint`, and ``frequency``, Hz. Where a point has none,
-        ``contact`` (a name or an index) and ``cause`` are empty, ``contact_index`` is -1, and other numbers
-        are nan.
+        ``contact`` (a name or an index), ``cause`` and ``criticality`` are empty, ``contact_index`` is -1,
+        and other numbers are nan.
         """
 
         def column(of: str, kind: Any, missing: Any, **attrs: str) -> tuple[str, Any, dict[str, str]]:
@@ -151,6 +172,8 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
             "contact": column("name", str, ""),
             "contact_index": column("contact", int, -1),
             "cause": column("cause", str, ""),
+            "criticality": column("criticality", str, ""),
+            "lyapunov": column("lyapunov", float, np.nan, units="1/m^2"),
         }
         return xr.Dataset(
             apart(variables, [self.parameter]),
@@ -166,7 +189,16 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
         (parameter,) = (str(name) for name, held in data.coords.items() if held.dims != (name,))
         columns = {
             name: data[f"computed_{name}" if name == parameter else name].to_numpy().tolist()
-            for name in (*_SAME, "other", "slope", "cause", "contact", "contact_index")
+            for name in (
+                *_SAME,
+                "other",
+                "slope",
+                "cause",
+                "criticality",
+                "lyapunov",
+                "contact",
+                "contact_index",
+            )
         }
         points = []
         for k, value in enumerate(data[parameter].to_numpy().tolist()):
@@ -184,6 +216,8 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
                     contact=None if index < 0 else index,
                     name=label if index >= 0 else None,
                     cause=row["cause"] or None,
+                    criticality=row["criticality"] or None,
+                    lyapunov=row["lyapunov"] if row["criticality"] else None,
                 )
             )
         return cls(parameter, points, data[parameter].attrs)

@@ -15,5 +15,6 @@ pub(crate) mod taylor;
 #[cfg(test)]
 mod true_errors;
 
+pub use friction::series::law_series::law_derivatives;
 pub use method::Method;
 pub use propagators::Propagators;

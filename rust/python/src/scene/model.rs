@@ -292,6 +292,15 @@ impl Scene {
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }
 
+    /// mu of a contact and its first three derivatives over the slip speed, in steady sliding.
+    fn friction_derivatives(&self, contact: usize) -> [f64; 4] {
+        let core::Contact { friction, slider_speed, .. } = &self.core().contacts()[contact];
+        let law = self.core().friction_law(contact);
+        law.map_or([*friction, 0.0, 0.0, 0.0], |law| {
+            core::motion::law_derivatives(law, slider_speed.abs())
+        })
+    }
+
     /// By row: the tangential and the normal direction of every contact.
     fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.input.directions();

@@ -48,7 +48,7 @@ impl Scene {
     }
 
     /// The law of a contact, where it depends on slip speed.
-    pub(crate) fn friction_law(&self, contact: usize) -> Option<&FrictionLaw> {
+    pub fn friction_law(&self, contact: usize) -> Option<&FrictionLaw> {
         self.laws.as_ref()?[contact].as_ref()
     }
 

@@ -48,6 +48,12 @@ pub(crate) struct LawBounds {
     pub slope: f64,
 }
 
+/// mu and its first three derivatives over |s|, at a slip speed >= 0.
+pub fn law_derivatives(law: &FrictionLaw, speed: f64) -> [f64; 4] {
+    let (LawSeries { excess, .. }, _) = LawSeries::along(law, &[speed, 1.0, 0.0, 0.0]);
+    [law.value(speed), excess[1], 2.0 * excess[2], 6.0 * excess[3]]
+}
+
 impl LawSeries {
     /// The coefficients of order k, from that of S and the `middle` of the convolution of what it gave for the orders from 1 to
     /// k - 1. Gives that of `mu(S) - mu(0)`, and the two factors of this order.
@@ -87,6 +93,19 @@ impl LawSeries {
         };
         (excess[k], inner[k]) = (of_order, of_inner);
         (of_order, [left, of_inner])
+    }
+
+    /// The law along a slip speed that is a polynomial, and the left factors of all orders.
+    fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
+        let (mut series, [mut lefts, mut rights]) = (Self::default(), [[0.0; COEFFICIENTS]; 2]);
+        if let FrictionLaw::Tabulated(table) = law {
+            series.piece = table.piece(slip[0]);
+        }
+        for (k, s) in slip.iter().enumerate() {
+            let middle = (1..k).map(|j| lefts[j] * rights[k - j]).sum();
+            (_, [lefts[k], rights[k]]) = series.extend(law, k, *s, middle);
+        }
+        (series, lefts)
     }
 
     /// The factor of S_k in the coefficient of order k > 0, `mu'(S_0)`.
@@ -324,11 +343,7 @@ mod tests {
 
     /// The law along a slip speed that is a polynomial, as a panel has it.
     fn series(law: &FrictionLaw, slip: &[f64; COEFFICIENTS]) -> (LawSeries, FactorSums) {
-        let (mut series, mut lefts) = (LawSeries::default(), [0.0; COEFFICIENTS]);
-        for k in 0..COEFFICIENTS {
-            let middle = (1..k).map(|j| lefts[j] * series.inner[k - j]).sum();
-            (_, [lefts[k], _]) = series.extend(law, k, slip[k], middle);
-        }
+        let (series, lefts) = LawSeries::along(law, slip);
         let left_out = terms_left_out(&lefts, &series.inner);
         let sums = FactorSums {
             left: [size(&lefts), size(&series.excess)],

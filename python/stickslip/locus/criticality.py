@@ -1,0 +1,221 @@
+"""How a motion grows from a Hopf point: the first Lyapunov coefficient.
+
+In a combination of sliding and open contacts the displacements x, the friction forces T and the changes N of
+the normal forces obey, with d = d/dt,
+
+```text
+(M d^2 + C d + K) x - t T - n N = 0
+T_i - sigma mu N_i + mu' N_0 w_i = b_i     sliding, with w_i = d (t_i x + T_i / k_t)
+n_i x + N_i / k_n = 0                      closed, with a normal direction
+```
+
+where w is the slip velocity less that of steady sliding, mu and its derivatives are those of steady sliding,
+and 1 / k is zero at rigid contacts. The terms of higher order are those of ``T = sigma mu(|s|) (N_0 + N)``,
+sigma = 1 in ``+``:
+
+```text
+b = -mu' w N + sigma mu'' N_0 w^2 / 2 + sigma mu'' w^2 N / 2 - mu''' N_0 w^3 / 6
+```
+
+At a Hopf point the matrix A(d) of the left sides has null vectors, ``A(i w) p = 0`` and ``q* A(i w) = 0``,
+scaled to ``q* A'(i w) p = 1``. The amplitude z of p obeys ``z' = i w z + g z |z|^2 / 2`` to third order, with
+the bilinear form B and the trilinear form C of b:
+
+```text
+g = q* (C(p, p, p*) + 2 B(p, A(0)^-1 B(p, p*)) + B(p*, A(2 i w)^-1 B(p, p))),     l_1 = Re g / (2 w)
+```
+
+(Kuznetsov, *Elements of Applied Bifurcation Theory*, section 5.4, where A is the matrix of equations of first
+order.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
+
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.scene import Scene
+
+Criticality: TypeAlias = Literal["supercritical", "subcritical", "linear until a status changes"]
+#: Phasors of w and N, (c,) each.
+_Phasors = tuple[Complex, Complex]
+
+#: Null vectors are those of an inverse this far off the eigenvalue, relative; their error is its square.
+_SHIFT = 1e-9
+_ITERATIONS = 3
+#: Change of the growth rate, of the frequency, up to which a motion as large as the slip allows is linear.
+_LINEAR = 1e-12
+
+
+def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Criticality, float] | None:
+    """Return how motions grow from a Hopf point, and l_1 of a mode whose largest displacement is 1 m, 1/m^2.
+
+    None where a contact sticks, so that steady sliding is no rest, or where the stiffness of the combination
+    is singular.
+    """
+    if not scene.core.has_friction_laws:
+        return "linear until a status changes", 0.0
+    if "s" in combination:
+        return None
+    try:
+        return _Sliding(scene, combination).growth(1j * abs(eigenvalue.imag))
+    except RuntimeError:
+        # SuperLU finds a singular matrix.
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Sliding:
+    """Motions near steady sliding in one combination, as vectors (x, T, N)."""
+
+    scene: Scene
+    combination: str
+
+    @cached_property
+    def signs(self) -> Real:
+        """Sigma by contact, zero where none slides."""
+        sign = {"+": 1.0, "-": -1.0, "d": 0.0}
+        pairs = zip(self.combination, self.scene.contacts, strict=True)
+        return np.array([sign[one] * (contact.tangential is not None) for one, contact in pairs])
+
+    @cached_property
+    def friction(self) -> Real:
+        """Mu and its derivatives, (4, c)."""
+        return np.array([self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]).T
+
+    @cached_property
+    def closed(self) -> Real:
+        """1 by contact that is closed and has a normal direction, else 0."""
+        pairs = zip(self.combination, self.scene.contacts, strict=True)
+        return np.array([float(one != "d" and contact.normal is not None) for one, contact in pairs])
+
+    @cached_property
+    def compliance(self) -> tuple[Real, Real]:
+        """1 / k_t and 1 / k_n by contact."""
+        springs = [(one.tangential_stiffness, one.normal_stiffness) for one in self.scene.contacts]
+        along, across = np.array([[0.0 if k is None else 1.0 / k for k in pair] for pair in springs]).T
+        return along, across
+
+    @cached_property
+    def matrices(self) -> list[Any]:
+        """M, C, K, and the tangential and normal directions by row."""
+        core, shape = self.scene.core, (self.scene.size, self.scene.size)
+        rows = scipy.sparse.csr_array(core.contact_directions())
+        return [
+            *(scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()[:3]),
+            rows[::2],
+            rows[1::2],
+        ]
+
+    @cached_property
+    def normal_force(self) -> Real:
+        """N_0 by contact, of steady sliding."""
+        contacts = self.scene.contacts
+        given = np.array([contact.normal_force or 0.0 for contact in contacts])
+        gaps = np.array([contact.gap for contact in contacts])
+        load = np.concatenate([self.scene.force, 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)])
+        at_rest = _inverse(self.matrix(0.0, 0.0 * gaps)).solve(load.astype(complex))
+        return np.array(at_rest[-gaps.size :].real)
+
+    def matrix(self, rate: complex, normal_force: Real) -> Any:
+        """Return A(rate)."""
+        mass, damping, stiffness, along, across = self.matrices
+        node, spring = self.compliance
+        one = np.ones_like(self.signs)
+        slope = np.abs(self.signs) * self.friction[1] * normal_force * rate
+        return scipy.sparse.block_array(
+            [
+                [rate * (rate * mass + damping) + stiffness, -along.T, -across.T],
+                [
+                    _diagonal(slope) @ along,
+                    _diagonal(one + slope * node),
+                    -_diagonal(self.signs * self.friction[0]),
+                ],
+                [_diagonal(self.closed) @ across, None, _diagonal(np.where(self.closed > 0.0, spring, one))],
+            ]
+        )
+
+    def derivative(self, rate: complex) -> Any:
+        """Return A'(rate)."""
+        mass, damping, _, along, _ = self.matrices
+        slope = np.abs(self.signs) * self.friction[1] * self.normal_force
+        zero = _diagonal(0.0 * slope)
+        node, _ = self.compliance
+        return scipy.sparse.block_array(
+            [
+                [2.0 * rate * mass + damping, None, None],
+                [_diagonal(slope) @ along, _diagonal(slope * node), None],
+                [None, None, zero],
+            ]
+        )
+
+    def null_vectors(self, rate: complex) -> tuple[Complex, Complex]:
+        """Return p and q, with a largest displacement of 1 in p and ``q* A' p = 1``."""
+        near = _inverse(self.matrix(rate * (1.0 + _SHIFT), self.normal_force))
+        slope = self.derivative(rate)
+        right = left = np.ones(slope.shape[0], dtype=complex)
+        for _ in range(_ITERATIONS):
+            right, left = near.solve(slope @ right), near.solve(slope.conj().T @ left, trans="H")
+            right, left = right / np.abs(right).max(), left / np.abs(left).max()
+        right = right / np.abs(right[: self.scene.size]).max()
+        return right, left / np.conj(left.conj() @ (slope @ right))
+
+    def phasors(self, vector: Complex, rate: complex) -> _Phasors:
+        """Return those of w, zero where a contact does not slide, and N."""
+        size, count = self.scene.size, self.signs.size
+        along, (node, _) = self.matrices[3], self.compliance
+        slip = along @ vector[:size] + node * vector[size : size + count]
+        return rate * slip * np.abs(self.signs), vector[size + count :]
+
+    def bilinear(self, first: _Phasors, second: _Phasors) -> Complex:
+        """Return B by contact."""
+        _, slope, curvature, _ = self.friction
+        mixed = first[0] * second[1] + second[0] * first[1]
+        square = self.signs * curvature * self.normal_force * first[0] * second[0]
+        return np.asarray(square - slope * mixed)
+
+    def trilinear(self, mode: _Phasors) -> Complex:
+        """Return C(p, p, p*) by contact."""
+        _, _, curvature, third = self.friction
+        slip, normal = mode
+        mixed = 2.0 * np.abs(slip) ** 2 * normal + slip**2 * normal.conj()
+        cubic = third * self.normal_force * slip * np.abs(slip) ** 2
+        return np.asarray(self.signs * curvature * mixed - cubic)
+
+    def answer(self, forces: Complex, rate: complex) -> _Phasors:
+        """Return what forces b bring about."""
+        size, count = self.scene.size, self.signs.size
+        load = np.concatenate([np.zeros(size), forces, np.zeros(count)])
+        return self.phasors(_inverse(self.matrix(rate, self.normal_force)).solve(load), rate)
+
+    def growth(self, rate: complex) -> tuple[Criticality, float]:
+        """Return how motions grow, and l_1, at the eigenvalue `rate`."""
+        right, left = self.null_vectors(rate)
+        mode = self.phasors(right, rate)
+        conjugate = (mode[0].conj(), mode[1].conj())
+        mean = self.answer(self.bilinear(mode, conjugate), 0.0)
+        double = self.answer(self.bilinear(mode, mode), 2.0 * rate)
+        forces = self.trilinear(mode) + 2.0 * self.bilinear(mode, mean) + self.bilinear(conjugate, double)
+        size = self.scene.size
+        growth = float((left[size : size + self.signs.size].conj() @ forces).real)
+        # At this amplitude a contact sticks.
+        speeds = np.array([abs(contact.slider_speed) for contact in self.scene.contacts])
+        moving = np.abs(mode[0]) > 0.0
+        amplitude = float((speeds[moving] / np.abs(mode[0][moving])).min(initial=1e150))
+        if abs(growth) * amplitude**2 <= _LINEAR * abs(rate):
+            return "linear until a status changes", 0.0
+        return "subcritical" if growth > 0.0 else "supercritical", growth / (2.0 * abs(rate))
+
+
+def _diagonal(values: Any) -> Any:
+    return scipy.sparse.diags_array(values)
+
+
+def _inverse(matrix: Any) -> Any:
+    return scipy.sparse.linalg.splu(scipy.sparse.csc_array(matrix, dtype=complex))
