@@ -15,8 +15,8 @@
 use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::coefficients::{UNIT, product_units, size};
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
-use crate::motion::friction::series::law_series::{UNIT, product_units, size};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::series::size_of;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};

@@ -3,8 +3,8 @@
 use crate::error::run::LawEnd;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::coefficients::{LawBounds, UNIT, size};
 use crate::motion::friction::series::law_contact::LawContact;
-use crate::motion::friction::series::law_series::{LawBounds, UNIT, size};
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};

@@ -25,7 +25,7 @@
 //! tangent      e^(2 int |A'|) int |R| + |A - a|
 //! ```
 
-use crate::motion::friction::series::law_series::{LawBounds, UNIT, product_units, scale, size};
+use crate::motion::friction::series::coefficients::{LawBounds, UNIT, product_units, scale, size};
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::interval::{Interval, Jet};

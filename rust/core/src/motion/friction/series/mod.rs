@@ -1,5 +1,6 @@
 //! The parts of which panels under laws of friction are made: series, products of rows, and bounds.
 
+pub(crate) mod coefficients;
 pub(crate) mod convolutions;
 pub(crate) mod formula_series;
 pub(crate) mod law_contact;

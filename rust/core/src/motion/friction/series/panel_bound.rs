@@ -1,6 +1,6 @@
 //! The error of a panel, and of a shorter one, from what it is made of.
 
-use crate::motion::friction::series::law_series::LawBounds;
+use crate::motion::friction::series::coefficients::LawBounds;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 
 /// Largest L for which truncation is bounded.
