@@ -18,8 +18,8 @@ import stickslip as ss
 
 #: Pictures, ms that each is shown, pixels across, colours.
 PICTURES, SHOWN, WIDTH, SHADES = 44, 120, 820, 128
-#: Friction and slider speed on the way of the point, from where the film ends, too.
-WAY = ((1.5, 0.025), (0.55, 0.03), (0.9, 0.045), (1.5, 0.07), (2.4, 0.05), (1.9, 0.02), (1.5, 0.025))
+#: Friction and damping (s) on the way of the point, from where the film ends, too.
+WAY = ((1.5, 1e-4), (0.55, 1.2e-4), (0.9, 1.7e-4), (1.5, 2.2e-4), (2.4, 1.8e-4), (1.9, 5e-5), (1.5, 1e-4))
 
 
 def drawn(page):
@@ -35,7 +35,7 @@ def drawn(page):
 def filmed(page):
     places = np.linspace(0.0, len(WAY) - 1.0, PICTURES, endpoint=False)
     way = np.stack([np.interp(places, np.arange(len(WAY)), axis) for axis in np.transpose(WAY)], axis=1)
-    page.mouse.move(*page.evaluate(PLACE, [1.5, 0.025]))
+    page.mouse.move(*page.evaluate(PLACE, [1.5, 1e-4]))
     page.mouse.down()
     for k, point in enumerate(way):
         page.mouse.move(*page.evaluate(PLACE, point.tolist()))

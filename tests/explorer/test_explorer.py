@@ -20,7 +20,7 @@ import stickslip as ss
 from equal_chain import PART
 from stickslip.cli import main
 from stickslip.explorer import picture, sound
-from stickslip.explorer.knobs import joint, knobs
+from stickslip.explorer.knobs import joint, knobs, ordinates
 from stickslip.scene.parameters.family import Family
 
 
@@ -341,6 +341,24 @@ def test_maps_and_loci_over_the_ranges_of_sliders_are_those_of_scenes_that_exist
             y = ["slider_speed" if name != "slider_speed" else "static_friction"]
             y += [known[y[0]].low, known[y[0]].high]
             assert asked(page, "/map", x=x, y=y, columns=5, rows=5)["error"] is None
+
+
+@pytest.mark.parametrize("law", [False, True])
+def test_the_ordinate_of_the_first_map_moves_eigenvalues(law):
+    """Slider speed does under a law of friction; under constant friction no eigenvalue depends on it."""
+    friction = ss.friction.Stribeck(0.5, 0.3, 0.1) if law else 0.3
+    contact = ss.Contact(tangential=0, normal=1, friction=friction, slider_speed=0.1)
+    scene = ss.Scene([1.0, 1.0], np.diag([100.0, 200.0]) + 10.0, force=[0.0, -10.0], contacts=[contact])
+    known = knobs(Family(scene))
+    first = ordinates(Family(scene), known)[0]
+    assert first == ("slider_speed" if law else "damping_stiffness")
+
+    def change(name):
+        swept = ss.sweep(scene, {name: [known[name].low, known[name].high]})
+        return np.ptp(swept.eigenvalue.values.real, axis=0).max()
+
+    assert change(first) > 0.01
+    assert (change("slider_speed") > 0.01) == law
 
 
 def test_a_mass_of_almost_nothing_does_not_hold_up_the_page(page):

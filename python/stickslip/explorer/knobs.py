@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from stickslip.scene.contact import LAW
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.parameters.numbers import FACTORS
 
@@ -78,6 +79,18 @@ def joint(family: Family, known: Mapping[str, Knob]) -> dict[str, list[str]]:
         and (family.is_chain or entry in LAW)
         and len({known[name].value for name in names}) == 1
     }
+
+
+def ordinates(family: Family, known: Mapping[str, Knob]) -> list[str]:
+    """Return the parameters that are worth the ordinate of the map beside friction, the best one first.
+
+    Steady sliding under constant friction has the same eigenvalues at every slider speed; damping moves them.
+    """
+    if any(isinstance(contact.friction, Law) for contact in family.scene({}).contacts):
+        return ["slider_speed", "slider_speed_0"]
+    # By the stiffness rather than by the mass, where both are known.
+    damping = sorted((name for name in known if name.startswith("damping")), key="damping_mass".__eq__)
+    return [*damping, *(name for name, knob in known.items() if knob.entry not in LAW)]
 
 
 def told(

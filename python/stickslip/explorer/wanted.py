@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from stickslip.cycles.attractors import at_rest, is_valid, set_in_motion
-from stickslip.explorer.knobs import Knob, joint, knobs, told
+from stickslip.explorer.knobs import Knob, joint, knobs, ordinates, told
 from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.modes.complex_modes import complex_modes
@@ -95,6 +95,7 @@ class Explored:
             "contacts": [str(label) for label in scene.contact_labels()],
             "knobs": [vars(knob) for knob in self.knobs.values()],
             "joint": self.joint,
+            "ordinates": ordinates(self.family, self.knobs),
             "start": "file" if given else "mode",
             "bodies": [vars(body) for body in drawing.bodies],
             "springs": drawing.springs,

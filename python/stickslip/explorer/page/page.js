@@ -282,7 +282,7 @@ function makeControls() {
   const names = [...Object.keys(scene.joint), ...scene.knobs.map((knob) => knob.name)], named = names.map((n) => [n, n.replaceAll("_", " ")]);
   const first = ["friction", "friction_0"].find((n) => names.includes(n)) || names.find((n) => n.startsWith("friction_")) || names[0];
   const apart = (name) => names.includes(name) && !singles(name).some((one) => singles(first).includes(one));
-  const second = ["slider_speed", "slider_speed_0", ...names].find(apart);
+  const second = [...scene.ordinates, ...names].find(apart);
   Object.assign(state, { x: first, y: second, start: scene.start });
   options("x", named, first);
   options("y", named, second);
