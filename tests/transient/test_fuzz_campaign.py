@@ -15,7 +15,7 @@ import fuzz_campaign
 import stickslip as ss
 from fuzz_checks import complementarity, continuity, energy_residual, impact_law, rebound_law
 from fuzz_events import IN_TURN, EventList, compare, limits_of, nearby, resolution, sensitivity
-from fuzz_laws import integrated, phases_by_integrator
+from fuzz_laws import PhaseEquations, integrated, phases_by_integrator
 from fuzz_samples import Sampled
 from fuzz_scenes import fuzz_scene
 from fuzz_terms import contact_directions
@@ -275,8 +275,23 @@ def test_an_integrator_finds_what_is_wrong():
 def test_an_integrator_that_does_not_reach_the_end_is_no_witness():
     """``y' = y^2`` from 1 has no solution beyond 1 s."""
     one = np.ones(1)
-    assert integrated(lambda _, y: y**2, 0.0, 0.5, one, one) == pytest.approx(2.0, rel=1e-11)
-    assert np.isnan(integrated(lambda _, y: y**2, 0.0, 2.0, one, one)).all()
+    assert integrated(lambda _, y: y**2, 0.0, 0.5, one, 1e-14 * one) == pytest.approx(2.0, rel=1e-11)
+    assert np.isnan(integrated(lambda _, y: y**2, 0.0, 2.0, one, 1e-14 * one)).all()
+
+
+def test_an_integrator_does_not_follow_rounding(monkeypatch):
+    """75 m away on springs of 1e5 N/m, at 1e-4 m/s: forces that cancel leave accelerations of 1e-8 m/s^2."""
+    scene, start = fuzz_scene(22, 792, ["tables"])
+    run = ss.simulate(scene, 0.01, start)
+    rate, most = PhaseEquations.rate, 50_000
+    calls = iter(range(most))
+
+    def counted(self, t, y):
+        assert next(calls, None) is not None, f"more than {most} evaluations, at {t} s"
+        return rate(self, t, y)
+
+    monkeypatch.setattr(PhaseEquations, "rate", counted)
+    assert not phases_by_integrator(run)
 
 
 def test_events_within_two_ulp_of_their_time_have_no_order():
