@@ -69,22 +69,21 @@ impl EventKind {
 
     /// What the event sets at once, before forces and impulses follow.
     pub(crate) fn sets(self, contact: &Contact) -> impl Iterator<Item = Set> {
-        let closed = Set::Place(contact.normal, contact.closed());
-        let all = match self {
-            EventKind::Velocity => {
-                [Some(Set::Speed(contact.tangential, contact.slider_speed)), None]
-            }
-            EventKind::Impact | EventKind::Closing => [Some(closed), None],
-            EventKind::Accumulation => [Some(closed), Some(Set::Speed(contact.normal, 0.0))],
+        let closed = (contact.normal, contact.closed());
+        let (place, speed) = match self {
+            EventKind::Velocity => (None, Some((contact.tangential, contact.slider_speed))),
+            EventKind::Impact | EventKind::Closing => (Some(closed), None),
+            EventKind::Accumulation => (Some(closed), Some((contact.normal, 0.0))),
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Jump
             | EventKind::Load
             | EventKind::Turn
-            | EventKind::Exhausted => [None, None],
+            | EventKind::Exhausted => (None, None),
         };
-        all.into_iter().flatten()
+        let place = place.into_iter().map(|(coordinate, place)| Set::Place(coordinate, place));
+        place.chain(speed.map(|(coordinate, speed)| Set::Speed(coordinate, speed)))
     }
 }
 

@@ -124,6 +124,16 @@ pub enum RunFailure {
         /// Time of the last one, s.
         time: f64,
     },
+    /// There is no memory for the record of another event.
+    #[error(
+        "no memory for the record of more than {events} events, by t = {time} s; fewer max_events or a shorter duration need less, and accumulation_tolerance ends series of bounces early"
+    )]
+    Memory {
+        /// Number of events so far.
+        events: usize,
+        /// Time of the last one, s.
+        time: f64,
+    },
     /// Why a motion read back from its record could not be continued, in the words of then.
     #[error("{0}")]
     Recorded(String),
@@ -142,9 +152,11 @@ impl RunFailure {
             Self::ContactProblem { contacts, .. } | Self::QuasiStatic { contacts, .. } => {
                 contacts.as_mut_slice()
             }
-            Self::Input(_) | Self::TooManyEvents { .. } | Self::Recorded(_) | Self::Internal(_) => {
-                &mut []
-            }
+            Self::Input(_)
+            | Self::TooManyEvents { .. }
+            | Self::Memory { .. }
+            | Self::Recorded(_)
+            | Self::Internal(_) => &mut [],
         }
     }
 

@@ -5,8 +5,6 @@
 //! then corrected by one generalized Rayleigh quotient `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order
 //! in the errors of the vectors, with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
-use num_complex::Complex64;
-
 use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
 use crate::linalg::parallel::each;
@@ -90,18 +88,18 @@ pub(crate) fn modes_of_motion(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
 /// Gives modes whose left vectors belong to no single right one an infinite condition: to a multiple eigenvalue a solver
 /// finds vectors that are not bi-orthogonal, `v_i' (C + (lambda_i + lambda_j) M) x_j != 0`, and each is sound by itself.
 fn mark_mixed(pencil: &Pencil, modes: &mut [Mode], slow: f64) {
+    let sizes: Vec<f64> = modes.iter().map(|mode| mode.eigenvalue.norm()).collect();
     for j in 0..modes.len() {
         let other = &modes[j];
-        let is_close = |value: Complex64| {
-            let distance = (value - other.eigenvalue).norm();
-            let size = other.eigenvalue.norm();
-            value.norm().max(size) <= slow || distance <= CLOSE * size
+        let is_close = |i: usize, conjugate: bool| {
+            let distance = turned(modes[i].eigenvalue, conjugate) - other.eigenvalue;
+            sizes[i].max(sizes[j]) <= slow || distance.norm() <= CLOSE * sizes[j]
         };
         // A pair stands for its conjugate, too: rounding makes one of the equal rates of two bodies.
         let close: Vec<(usize, bool)> = (0..modes.len())
             .flat_map(|i| [(i, false), (i, true)])
             .filter(|&(i, conjugate)| if conjugate { !modes[i].is_real() } else { i != j })
-            .filter(|&(i, conjugate)| is_close(turned(modes[i].eigenvalue, conjugate)))
+            .filter(|&(i, conjugate)| is_close(i, conjugate))
             .collect();
         if close.is_empty() {
             continue;

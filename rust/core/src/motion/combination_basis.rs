@@ -180,8 +180,16 @@ impl CombinationBasis {
     }
 
     /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.
-    #[inline]
+    #[inline(always)]
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
+        let in_blocks = matches!(self.propagator, Propagator::Blocks(_));
+        // Of most scenes there is none, which is asked twice per event.
+        if in_blocks || self.condensed.is_some() || self.fitted.is_some() {
+            self.complete_followers(q, u);
+        }
+    }
+
+    fn complete_followers(&self, q: &mut [f64], u: &mut [f64]) {
         match (&self.condensed, &self.fitted) {
             (Some(condensed), _) => condensed.complete(q, u),
             (None, Some(fitted)) => fitted.follow(q, u),

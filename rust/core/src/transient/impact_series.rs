@@ -18,15 +18,16 @@ pub(crate) const SEEN: usize = 32;
 /// a series ends is known to the root of the gap. Where closed contacts hold all of a scene in place, displacements vanish.
 const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 
-/// The limits for a series of impacts over several contacts at the instant of the state.
-pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
+/// Brings up to date what earlier events say about the one at the instant of the state.
+pub(crate) fn look_back(series: &mut Series, state: &RunState<'_>, search: &PhaseSearch) {
     let RunState { scene, q, controls, .. } = state;
     let latest = state.trajectory.events.iter().rev();
     let at_this_time = latest.take_while(|event| event.time == state.time.seconds);
     let impacts = at_this_time.filter(|event| event.kind == EventKind::Impact);
-    let struck = impacts.map(|event| event.contact).collect();
+    series.struck.clear();
+    series.struck.extend(impacts.map(|event| event.contact));
     if !scene.contacts_coupled() {
-        return Series { struck, ..Series::default() };
+        return;
     }
     let strikes = |contact| search.triggers.contains(&(contact, EventKind::Impact));
     let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
@@ -36,14 +37,14 @@ pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
     let resolution = RESOLUTION * places.fold(0.0, f64::max);
     let contacts = 0..scene.contacts.len();
     let ulp = state.time.ulp();
-    Series {
-        struck,
+    *series = Series {
+        struck: std::mem::take(&mut series.struck),
         resolution,
         gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
         ratios: contacts.map(|contact| ratio(state, contact, strikes(contact))).collect(),
         negligible: controls.accumulation_tolerance.max(ulp),
         ulp,
-    }
+    };
 }
 
 /// The ratio of successive intervals between impacts of a contact; 0 if they do not shrink. Several impacts may make up one

@@ -13,7 +13,7 @@ use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::status::Combination;
-use crate::transient::impact_series::{record_events, series};
+use crate::transient::impact_series::{look_back, record_events};
 use crate::transient::met_combinations::MetCombinations;
 use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
@@ -33,6 +33,7 @@ pub(crate) struct Run<'a> {
 /// One phase after the other, whatever finds the basis of the next one.
 pub(crate) struct PhaseByPhase {
     pub settlement: Settlement,
+    series: Series,
     motion: Motion,
     search: PhaseSearch,
 }
@@ -47,6 +48,7 @@ impl PhaseByPhase {
         let statuses = basis.combination.statuses().to_vec();
         Self {
             settlement: Settlement { statuses, departures, events: Vec::new(), rest: None },
+            series: Series::default(),
             motion: Motion::new(state.scene, basis, &state.q, &state.u),
             search: PhaseSearch::default(),
         }
@@ -70,13 +72,12 @@ impl PhaseByPhase {
     }
 
     /// State, statuses and departures after the event that the phase has come to.
-    pub fn settle(&mut self, state: &mut RunState<'_>) -> Result<Series, RunFailure> {
-        let series = series(state, &self.search);
+    pub fn settle(&mut self, state: &mut RunState<'_>) -> Result<(), RunFailure> {
+        look_back(&mut self.series, state, &self.search);
         let RunState { scene, time, q, u, .. } = state;
         let all = 0..scene.contacts.len();
         let triggers = &self.search.triggers;
-        settle(scene, time.seconds, triggers, all, &mut self.settlement, &series, q, u)?;
-        Ok(series)
+        settle(scene, time.seconds, triggers, all, &mut self.settlement, &self.series, q, u)
     }
 
     /// Begins the next phase. Coordinates that follow from others come up to date, and with them their departures.
@@ -123,15 +124,16 @@ impl<'a> Run<'a> {
     }
 
     fn next_phase(&mut self) -> Result<Option<StopReason>, RunFailure> {
-        let RunState { trajectory, time, q, u, controls, .. } = &mut self.state;
+        let RunState { trajectory, time, q, u, .. } = &mut self.state;
         let basis = self.met.basis(self.current);
         trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis });
         trajectory.states.push(q, u, &self.phases.settlement.departures);
-        trajectory.end = time.seconds;
-        if let Some(reason) = controls.enough(trajectory.events.len(), time.seconds) {
+        let begin = time.seconds;
+        trajectory.end = begin;
+        if let Some(reason) = self.state.enough(begin) {
             return Ok(Some(reason));
         }
-        let grazings = trajectory.grazings.len();
+        let grazings = self.state.trajectory.grazings.len();
         let after = loop {
             let panels = self.state.trajectory.counters.panels;
             let basis = self.met.basis(self.current);
@@ -152,23 +154,22 @@ impl<'a> Run<'a> {
                 }
             }
         };
-        let before = self.state.time.seconds;
         self.phases.advance(&mut self.state, after);
-        let moves_on = self.state.time.seconds > before;
+        let moves_on = self.state.time.seconds > begin;
         if self.state.goes_in_circles(moves_on) {
             let contact = self.phases.search.triggers[0].0;
             return Ok(Some(self.ended_here(StopReason::Chattering { contact })));
         }
-        let series = self.phases.settle(&mut self.state)?;
+        self.phases.settle(&mut self.state)?;
         // An event is part of the motion once the phase that it begins can be propagated.
-        let PhaseByPhase { settlement, search, .. } = &self.phases;
+        let PhaseByPhase { settlement, series, search, .. } = &self.phases;
         let left = &self.state.trajectory.bases[self.met.basis(self.current)];
         let returns = settlement.statuses == left.combination.statuses();
         if !returns || self.met.is_over(self.current, &self.state) {
             self.current = self.met.meet(&mut self.state, &settlement.statuses)?;
         }
         let RunState { trajectory, time, .. } = &mut self.state;
-        record_events(trajectory, time.seconds, settlement, &series, &search.limits);
+        record_events(trajectory, time.seconds, settlement, series, &search.limits);
         let basis = self.met.held(trajectory, self.current);
         self.phases.begin(&mut self.state, basis);
         Ok(None)

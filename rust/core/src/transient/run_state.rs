@@ -114,6 +114,15 @@ impl<'a> RunState<'a> {
         }
     }
 
+    /// Why the run stops after the event at `time`: it has enough of them, or there is no memory for another one.
+    pub fn enough(&mut self, time: f64) -> Option<StopReason> {
+        let events = self.trajectory.events.len();
+        self.controls.enough(events, time).or_else(|| {
+            let failure = StopReason::Failed(RunFailure::Memory { events, time });
+            (!self.trajectory.has_room()).then_some(failure)
+        })
+    }
+
     /// The end of the stretch that begins now.
     pub fn next_switch(&self) -> f64 {
         let next = self.scene.next_switch(self.switched);

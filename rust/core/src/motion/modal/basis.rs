@@ -121,6 +121,9 @@ impl ModalBasis {
         let reduction = &reduced.reduction;
         let kept = |&(k, weight): &(usize, f64)| Some((reduction.place(k)?, weight));
         let part_of_projection = (m + IN_PROJECTION) as f64 / operations(count) as f64;
+        let sizes_of = |all: &[Complex64]| all.iter().map(|one| one.norm()).collect::<Vec<f64>>();
+        let [rates, shapes] = [&lambda, &shape].map(|all| sizes_of(all));
+        let factors = [&from_position, &from_velocity].map(|all| sizes_of(all));
         let function_weights = functions
             .iter()
             .map(|function| {
@@ -140,14 +143,13 @@ impl ModalBasis {
                 let mut rounded = magnitudes.clone();
                 for k in 0..m {
                     let at = k * stride..k * stride + count;
-                    let size = |from: &[Complex64]| -> f64 {
+                    let [of_position, of_velocity] = factors.each_ref().map(|from| -> f64 {
                         let factors = magnitudes.iter().zip(&from[at.clone()]);
-                        factors.map(|(magnitude, factor)| magnitude * factor.norm()).sum()
-                    };
-                    let [of_position, of_velocity] = [size(&from_position), size(&from_velocity)];
-                    for (r, shape) in shape[at].iter().enumerate() {
-                        let size = of_position + of_velocity * lambda[r].norm();
-                        rounded[r] += part_of_projection * size * shape.norm();
+                        factors.map(|(magnitude, factor)| magnitude * factor).sum()
+                    });
+                    for (r, shape) in shapes[at].iter().enumerate() {
+                        let size = of_position + of_velocity * rates[r];
+                        rounded[r] += part_of_projection * size * shape;
                     }
                 }
                 let sizes = in_groups(&magnitudes).into_iter().zip(in_groups(&rounded));

@@ -26,14 +26,15 @@ pub(crate) struct KeptStates {
     contacts: usize,
     /// Numbers that may be kept.
     most: usize,
-    /// A state is kept every `stride` phases; the stride doubles whenever there is no room for another state.
+    /// A state is kept every `stride` phases; the stride doubles whenever there is no room or no memory
+    /// for another state.
     stride: usize,
     /// Phases so far.
     count: usize,
     values: Vec<f64>,
     /// With which multiplicities the event functions leave zero in the phases of the kept states, by contact.
     departures: Vec<Departure>,
-    repeated: Mutex<LruCache<usize, Arc<Vec<f64>>>>,
+    repeated: Mutex<Option<LruCache<usize, Arc<Vec<f64>>>>>,
 }
 
 /// (q, q') at the start of a phase, contact coordinates.
@@ -72,7 +73,7 @@ impl KeptStates {
             count: 0,
             values: Vec::new(),
             departures: Vec::new(),
-            repeated: Mutex::new(LruCache::new(REMEMBERED)),
+            repeated: Mutex::default(),
         }
     }
 
@@ -103,21 +104,27 @@ impl KeptStates {
         if self.stride > 1 && !phase.is_multiple_of(self.stride) {
             return;
         }
-        if phase > 0 && self.values.len() + self.width > self.most {
+        let length = self.values.len() + self.width;
+        if length > self.values.capacity() && !self.grow() && phase > 0 {
             self.thin();
             if !phase.is_multiple_of(self.stride) {
                 return;
             }
         }
-        if self.values.capacity() < self.values.len() + self.width {
-            // Doubling the capacity could exceed what may be kept.
-            let room = self.most.saturating_sub(self.values.len());
-            let wanted = self.values.len().max(FIRST);
-            self.values.reserve_exact(wanted.min(room).max(self.width));
-        }
         self.values.extend_from_slice(q);
         self.values.extend_from_slice(u);
         self.departures.extend_from_slice(departures);
+    }
+
+    /// Makes room for more states, at most twice as many; false if no further one may be kept or there is no memory.
+    #[cold]
+    fn grow(&mut self) -> bool {
+        // Doubling the capacity could exceed what may be kept.
+        let room = self.most.saturating_sub(self.values.len()) / self.width;
+        let wanted = self.values.len().max(FIRST).div_ceil(self.width).min(room);
+        wanted > 0
+            && self.departures.try_reserve_exact(wanted * self.contacts).is_ok()
+            && self.values.try_reserve_exact(wanted * self.width).is_ok()
     }
 
     /// Keeps every other one of the kept states.
@@ -133,7 +140,7 @@ impl KeptStates {
         halve(&mut self.values, self.width);
         halve(&mut self.departures, self.contacts);
         self.stride *= 2;
-        self.repeated.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+        *self.repeated.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     /// The state at the start of a phase; `again` runs from a phase whose state is kept through some phases.
@@ -149,6 +156,7 @@ impl KeptStates {
         let first = phase - beyond;
         let mut repeated = self.repeated.lock().unwrap_or_else(PoisonError::into_inner);
         let states = repeated
+            .get_or_insert_with(|| LruCache::new(REMEMBERED))
             .get_or_insert(first, || Arc::new(again(first, self.stride.min(self.count - first))));
         PhaseState::Repeated(Arc::clone(states), self.width * beyond..self.width * (beyond + 1))
     }

@@ -69,6 +69,9 @@ pub(crate) struct Repetition {
     pub again: Again,
 }
 
+/// Phases that there is room for at first: room for one grows four times before a short motion ends.
+const FIRST: usize = 32;
+
 /// The motion from 0 to `end`.
 #[derive(Debug)]
 pub struct Trajectory {
@@ -116,6 +119,22 @@ impl Trajectory {
             stop_reason: StopReason::Duration,
             end: 0.0,
         }
+    }
+
+    /// Whether there is memory for another phase and the events with which it begins: where there is none, a run can end with its
+    /// motion so far.
+    #[inline(always)]
+    pub(crate) fn has_room(&mut self) -> bool {
+        let events = self.events.len() + self.propagators.scene.contacts.len();
+        let fits = self.phases.len() < self.phases.capacity() && events < self.events.capacity();
+        fits || self.grow()
+    }
+
+    #[cold]
+    fn grow(&mut self) -> bool {
+        let more = self.phases.len().max(FIRST);
+        let events = self.events.len().max(FIRST) + self.contact_count();
+        self.phases.try_reserve_exact(more).is_ok() && self.events.try_reserve_exact(events).is_ok()
     }
 
     /// The scene that moves.
