@@ -269,9 +269,7 @@ def coefficients_of(values: Real) -> Real:
     return coefficients
 
 
-def agrees(
-    coefficients: Real, t: float, value: Real, whole: bool, error: float, least: float = 0.0
-) -> bool:
+def agrees(coefficients: Real, t: float, value: Real, whole: bool, error: float, least: float = 0.0) -> bool:
     """Return whether a series has a value at t; `whole`: to an error of its largest value, or of `least`."""
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
     largest = np.abs(coefficients).sum(axis=0).max(initial=0.0)

@@ -119,8 +119,9 @@ pub fn settle_all(
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let scene: &Scene = scene;
         let state = scene.start(py, position, velocity, combination)?;
-        computed(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?;
-        cases.push((scene.propagators.clone(), state));
+        let propagators = scene.propagators(py)?;
+        computed(py, || core::contact::start_coordinates(propagators.moving(), &state))?;
+        cases.push((propagators.clone(), state));
     }
     let (found, exception) = py.detach(|| {
         until_interrupted(|cancel| {

@@ -79,7 +79,7 @@ impl Batch {
             values.map_or(Vec::new(), |values| vector(&values))
         };
         self.lock().submit(core::transient::Job {
-            scene: Arc::clone(scene.core()),
+            scene: Arc::clone(scene.core(py)?),
             start,
             added_position: added(added_position),
             added_velocity: added(added_velocity),

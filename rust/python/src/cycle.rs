@@ -48,7 +48,8 @@ impl Cycle {
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
         let record = read_record(record, core::cycles::orbits::CycleRecord::from_bytes)?;
-        let cycle = detached(py, || core::Cycle::from_record(&scene.propagators, record))?;
+        let propagators = scene.propagators(py)?;
+        let cycle = detached(py, || core::Cycle::from_record(propagators, record))?;
         Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 
@@ -203,8 +204,9 @@ impl Cycle {
 
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
+        let propagators = scene.propagators(py)?;
         let inner = interruptible(py, |is_over| {
-            let orbit = self.inner.orbit.continued(&scene.propagators, is_over)?;
+            let orbit = self.inner.orbit.continued(propagators, is_over)?;
             core::Cycle::new(orbit, is_over)
         })?;
         Ok(Self { inner })
@@ -234,7 +236,7 @@ impl Orbit {
         before: Option<(PyReadonlyArray1<'py, f64>, f64)>,
     ) -> PyResult<Direction<'py>> {
         let before = before.map(direction);
-        let sides = sides(below, above, width);
+        let sides = sides(py, below, above, width)?;
         let found = detached(py, || self.inner.tangent(sides, before.as_ref()))?;
         let found = found.map_err(|failure| failed(py, &failure))?;
         Ok((found.state.into_pyarray(py), found.parameter))
@@ -251,7 +253,7 @@ impl Orbit {
         length: f64,
     ) -> PyResult<Self> {
         let tangent = direction(tangent);
-        let sides = sides(below, above, width);
+        let sides = sides(py, below, above, width)?;
         let guess = detached(py, || self.inner.predicted(sides, &tangent, length))?;
         Ok(Self { inner: guess.map_err(|failure| failed(py, &failure))? })
     }
@@ -268,8 +270,9 @@ impl Orbit {
         tangent: (PyReadonlyArray1<'_, f64>, f64),
     ) -> PyResult<(Self, f64, f64)> {
         let tangent = direction(tangent);
-        let sides = sides(below, above, width);
-        let step = detached(py, || self.inner.corrected(&scene.propagators, sides, &tangent))?;
+        let sides = sides(py, below, above, width)?;
+        let propagators = scene.propagators(py)?;
+        let step = detached(py, || self.inner.corrected(propagators, sides, &tangent))?;
         let step = step.map_err(|failure| failed(py, &failure))?;
         Ok((Self { inner: step.orbit }, step.parameter, step.size))
     }
@@ -293,7 +296,12 @@ fn direction(
     core::cycles::orbits::Tangent { state: vector(&state), parameter }
 }
 
-fn sides<'a>(below: &'a Scene, above: &'a Scene, width: f64) -> core::cycles::orbits::Sides<'a> {
-    let (below, above) = (&below.propagators, &above.propagators);
-    core::cycles::orbits::Sides { below, above, width }
+fn sides<'a>(
+    py: Python<'_>,
+    below: &'a Scene,
+    above: &'a Scene,
+    width: f64,
+) -> PyResult<core::cycles::orbits::Sides<'a>> {
+    let (below, above) = (below.propagators(py)?, above.propagators(py)?);
+    Ok(core::cycles::orbits::Sides { below, above, width })
 }

@@ -59,7 +59,7 @@ impl Trajectory {
             cancel: Some(&cancel),
             ..core::Controls::default()
         };
-        let propagators = &scene.propagators;
+        let propagators = scene.propagators(py)?;
         let run = computed(py, || core::simulate(propagators, &start, duration, method, controls))?;
         raised(py)?;
         Ok(Self::new(run))
@@ -69,7 +69,8 @@ impl Trajectory {
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
         let record = read_record(record, core::transient::TrajectoryRecord::from_bytes)?;
-        let inner = computed(py, || core::Trajectory::from_record(&scene.propagators, record))?;
+        let propagators = scene.propagators(py)?;
+        let inner = computed(py, || core::Trajectory::from_record(propagators, record))?;
         Ok(Self::new(inner))
     }
 

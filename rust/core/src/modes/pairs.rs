@@ -55,7 +55,26 @@ pub fn judged_pairs(
     };
     let first_order: Vec<(usize, f64)> =
         pencil.first_order().into_iter().map(|k| (k, damping(k))).collect();
-    Ok(each(pencil.size, pairs, |pair| judged(&pencil, &first_order, norms, pair, over_dofs)))
+    let norm = |vector: &[Complex64], left: bool| {
+        if moving.coordinates.decoupled {
+            return m_norm(vector, pencil.mass.rounded_product(vector));
+        }
+        let mut whole = vec![Complex64::ZERO; moving.size];
+        for (i, &entry) in vector.iter().enumerate() {
+            let sources = reduction.sources(i).take(if left { usize::MAX } else { 1 });
+            sources.for_each(|(k, factor)| whole[k] += factor * entry);
+        }
+        let product = (0..moving.size)
+            .map(|row| moving.mass.row(row).map(|(k, value)| value * whole[k]).sum::<Complex64>());
+        m_norm(&whole, product)
+    };
+    Ok(each(pencil.size, pairs, |pair| judged(&pencil, &first_order, norms, pair, norm, over_dofs)))
+}
+
+/// `sqrt(x' M x)` from x and M x.
+fn m_norm(vector: &[Complex64], product: impl IntoIterator<Item = Complex64>) -> f64 {
+    let terms = product.into_iter().zip(vector);
+    terms.map(|(product, z)| z.conj() * product).sum::<Complex64>().norm().sqrt()
 }
 
 fn judged(
@@ -63,6 +82,7 @@ fn judged(
     first_order: &[(usize, f64)],
     [mass, damping, stiffness]: [f64; 3],
     (start, right, left): Triple,
+    m_norm: impl Fn(&[Complex64], bool) -> f64,
     over_dofs: impl Fn(&[Complex64]) -> Vec<Complex64>,
 ) -> JudgedPair {
     let products = pencil.products(&right);
@@ -76,15 +96,11 @@ fn judged(
     let largest = |vector: &[Complex64]| vector.iter().map(|z| z.norm()).fold(0.0, f64::max);
     let size = eigenvalue.norm();
     let scale = (size * size * mass + size * damping + stiffness) * largest(&right);
-    let inertia = |vector: &[Complex64]| {
-        let terms = pencil.mass.rounded_product(vector).zip(vector);
-        terms.map(|(product, z)| z.conj() * product).sum::<Complex64>().norm().sqrt()
-    };
     let along = |vector: &[Complex64]| {
         let terms = first_order.iter().map(|&(k, damping)| damping.abs() * vector[k].norm_sqr());
         terms.sum::<f64>().sqrt()
     };
-    let second = 2.0 * size * inertia(&right) * inertia(&left);
+    let second = 2.0 * size * m_norm(&right, false) * m_norm(&left, true);
     let condition = (second + along(&right) * along(&left)) / a.norm();
     let mode = normalised(Mode {
         eigenvalue,

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::contact_law::{Contact, ContactInput, Directions};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
-use crate::scene::input::scene_input::{Damping, SceneInput};
+use crate::scene::input::scene_input::SceneInput;
 use crate::scene::input::validated::Validated;
 use crate::scene::input::with_nodes::with_nodes;
 use crate::scene::linear_terms::{EnergyParts, LinearTerms};
@@ -65,6 +65,9 @@ pub struct Scene {
     pub(crate) bare: Option<Arc<Scene>>,
 }
 
+/// Dofs from which rest and modes have coordinates of their own; below, those of motions cost less than a second set.
+const LARGE: usize = 500;
+
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
@@ -84,12 +87,37 @@ impl Scene {
     pub fn new(input: SceneInput) -> Result<Self, Error> {
         let dofs = input.force.len();
         let stated = Validated::new(input)?;
-        let law = match stated.damping {
-            Damping::Proportional { mass: alpha, stiffness: beta } => Some((alpha, beta)),
-            Damping::General(_) => None,
-        };
+        let law = stated.damping.proportional();
         let (nodes, stated) = with_nodes(stated)?;
         let coordinates = Coordinates::new(&stated.mass, &stated.contacts)?;
+        Self::in_coordinates(coordinates, (nodes, stated), (dofs, law))
+    }
+
+    /// A large scene in coordinates that leave its matrices sparse, for rest and modes alone; None of a small one, and where
+    /// [`Coordinates::sparse`] has none or some dofs or compliant contacts lack mass.
+    pub fn in_sparse_coordinates(input: &SceneInput) -> Result<Option<Self>, Error> {
+        let dofs = input.force.len();
+        let compliant =
+            |law: &ContactInput| law.springs.normal.is_some() || law.springs.tangential.is_some();
+        if dofs < LARGE || input.contacts.iter().any(compliant) {
+            return Ok(None);
+        }
+        let stated = Validated::new(input.clone())?;
+        if (0..dofs).any(|dof| stated.lacks_mass(dof)) {
+            return Ok(None);
+        }
+        let law = stated.damping.proportional();
+        let Some(coordinates) = Coordinates::sparse(dofs, &stated.contacts) else {
+            return Ok(None);
+        };
+        Self::in_coordinates(coordinates, with_nodes(stated)?, (dofs, law)).map(Some)
+    }
+
+    fn in_coordinates(
+        coordinates: Coordinates,
+        (nodes, stated): (Nodes, Validated),
+        (dofs, law): (usize, Option<(f64, f64)>),
+    ) -> Result<Self, Error> {
         let mass = uncoupled_mass(coordinates.congruent(stated.mass), &coordinates);
         let contacts: Vec<Contact> = stated
             .contacts
@@ -127,8 +155,10 @@ impl Scene {
             structure: mass.size(),
             massless: &massless,
         };
-        let coupled_mass =
-            coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?;
+        let coupled_mass = match coordinates.decoupled {
+            true => coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?,
+            false => None,
+        };
         let dependents = coordinates.dependents.clone();
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);

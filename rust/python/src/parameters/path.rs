@@ -142,7 +142,7 @@ impl Path {
         upper: f64,
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
-        let ends: [&core::Scene; 2] = [scene.core(), other.core()];
+        let ends: [&core::Scene; 2] = [scene.core(py)?, other.core(py)?];
         let inner = computed(py, || {
             core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
         })?;

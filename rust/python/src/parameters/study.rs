@@ -113,15 +113,16 @@ pub enum SampleData<'py> {
 
 impl SampleData<'_> {
     /// Rows of numbers, or scenes.
-    fn taken(&self) -> (Vec<f64>, Vec<Arc<core::Scene>>) {
-        match self {
+    fn taken(&self, py: Python<'_>) -> PyResult<(Vec<f64>, Vec<Arc<core::Scene>>)> {
+        Ok(match self {
             SampleData::Family(_, table) => {
                 (table.as_array().iter().copied().collect(), Vec::new())
             }
             SampleData::Scenes(listed) => {
-                (Vec::new(), listed.iter().map(|scene| Arc::clone(scene.core())).collect())
+                let scenes = listed.iter().map(|scene| scene.core(py).map(Arc::clone));
+                (Vec::new(), scenes.collect::<PyResult<_>>()?)
             }
-        }
+        })
     }
 
     fn source<'a>(
@@ -156,7 +157,7 @@ pub fn verdicts<'py>(
         .map(|text| core::Combination::parse(text, contacts))
         .transpose()
         .map_err(|error| raise(py, &error))?;
-    let (rows, scenes) = samples.taken();
+    let (rows, scenes) = samples.taken(py)?;
     let source = samples.source(&rows, &scenes);
     match detached(py, || core::study::verdicts(&source, combination.as_ref()))? {
         Ok(found) => Ok(Verdicts::Found(verdict_arrays(py, found, combination.as_ref())?)),
@@ -210,7 +211,7 @@ pub fn answers<'py>(
         }),
         motion,
     };
-    let (rows, scenes) = samples.taken();
+    let (rows, scenes) = samples.taken(py)?;
     let source = samples.source(&rows, &scenes);
     let found =
         interruptible(py, threads, |cancel| core::study::answers(&source, &questions, cancel))?;

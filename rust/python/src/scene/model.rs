@@ -1,6 +1,6 @@
 //! Scenes.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -28,8 +28,11 @@ type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArr
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
-    pub propagators: Arc<core::Propagators>,
+    /// In coordinates for rest and modes alone, where a scene has them.
+    sparse: Option<Arc<core::Scene>>,
+    propagators: OnceLock<Arc<core::Propagators>>,
     pub input: core::SceneInput,
+    laws: Laws,
 }
 
 impl Scene {
@@ -38,20 +41,45 @@ impl Scene {
         input: core::SceneInput,
         laws: Result<Laws, core::Error>,
     ) -> PyResult<Self> {
-        let scene = detached(py, || {
-            core::Scene::new(input.clone()).and_then(|scene| scene.with_friction_laws(laws?))
+        let laws = laws.map_err(|error| raise(py, &error))?;
+        let sparse = computed(py, || match core::Scene::in_sparse_coordinates(&input)? {
+            Some(scene) => scene.with_friction_laws(laws.clone()).map(Arc::new).map(Some),
+            None => Ok(None),
         })?;
-        let scene = Arc::new(scene.map_err(|error| raise(py, &error))?);
-        Ok(Self { propagators: Arc::new(core::Propagators::new(scene)), input })
+        let scene = Self { sparse, propagators: OnceLock::new(), input, laws };
+        if scene.sparse.is_none() {
+            scene.propagators(py)?;
+        }
+        Ok(scene)
     }
 
-    pub fn core(&self) -> &Arc<core::Scene> {
-        self.propagators.bare()
+    /// The scene in the coordinates of motions with its propagators, made when they are first asked for.
+    pub fn propagators(&self, py: Python<'_>) -> PyResult<&Arc<core::Propagators>> {
+        if let Some(known) = self.propagators.get() {
+            return Ok(known);
+        }
+        let scene = computed(py, || {
+            let scene = core::Scene::new(self.input.clone())?;
+            scene.with_friction_laws(self.laws.clone())
+        })?;
+        Ok(self.propagators.get_or_init(|| Arc::new(core::Propagators::new(Arc::new(scene)))))
+    }
+
+    pub fn core(&self, py: Python<'_>) -> PyResult<&Arc<core::Scene>> {
+        Ok(self.propagators(py)?.bare())
+    }
+
+    /// The scene in the coordinates for rest and modes.
+    fn resting(&self, py: Python<'_>) -> PyResult<&Arc<core::Scene>> {
+        self.sparse.as_ref().map_or_else(|| self.core(py), Ok)
+    }
+
+    fn dofs(&self) -> usize {
+        self.input.force.len()
     }
 
     pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
-        core::Combination::parse(text, self.core().contacts().len())
-            .map_err(|error| raise(py, &error))
+        core::Combination::parse(text, self.input.contacts.len()).map_err(|error| raise(py, &error))
     }
 
     pub fn start(
@@ -139,24 +167,24 @@ impl Scene {
 
     #[getter]
     fn size(&self) -> usize {
-        self.core().dofs()
+        self.dofs()
     }
 
     /// Whether friction of some contact depends on slip speed.
     #[getter]
-    fn has_friction_laws(&self) -> bool {
-        self.core().has_friction_laws()
+    fn has_friction_laws(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.resting(py)?.has_friction_laws())
     }
 
     /// Whether some dofs or compliant contacts have no mass.
     #[getter]
-    fn has_massless(&self) -> bool {
-        self.core().has_massless()
+    fn has_massless(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.resting(py)?.has_massless())
     }
 
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
         let combination = self.combination(py, combination)?;
-        let scene = self.core();
+        let scene = self.core(py)?;
         let reduced = detached(py, || {
             core::Reduced::new(scene, &combination).and_then(|reduced| Reduced::new(scene, reduced))
         })?;
@@ -165,8 +193,9 @@ impl Scene {
 
     fn modes<'py>(&self, py: Python<'py>, combination: &str) -> PyResult<Bound<'py, PyDict>> {
         let combination = self.combination(py, combination)?;
-        let found = computed(py, || core::Modes::new(self.core(), &combination))?;
-        modes::modes(py, self.core().dofs(), found)
+        let scene = self.core(py)?;
+        let found = computed(py, || core::Modes::new(scene, &combination))?;
+        modes::modes(py, self.dofs(), found)
     }
 
     /// `L' M R`, `L' C R` and `L' K R` of a combination as compressed rows.
@@ -176,7 +205,8 @@ impl Scene {
         combination: &str,
     ) -> PyResult<[SparseParts<'py>; 3]> {
         let combination = self.combination(py, combination)?;
-        let matrices = computed(py, || core::modes::sparse_pencil(self.core(), &combination))?;
+        let scene = self.resting(py)?;
+        let matrices = computed(py, || core::modes::sparse_pencil(scene, &combination))?;
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }
 
@@ -187,7 +217,7 @@ impl Scene {
         combination: &str,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
         let combination = self.combination(py, combination)?;
-        let statics = core::scene::Statics::of(self.core(), &combination)
+        let statics = core::scene::Statics::of(self.resting(py)?, &combination)
             .map_err(|error| raise(py, &error))?;
         modes::statics(py, statics)
     }
@@ -210,19 +240,22 @@ impl Scene {
         let pairs =
             values.into_iter().zip(vectors).map(|(value, (right, left))| (value, right, left));
         let pairs = pairs.collect();
-        let judged = computed(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?;
-        modes::pairs(py, self.core().dofs(), &judged)
+        let scene = self.resting(py)?;
+        let judged = computed(py, || core::modes::judged_pairs(scene, &combination, pairs))?;
+        modes::pairs(py, self.dofs(), &judged)
     }
 
     /// The combination of sliding as the sliders drive.
     fn sliding_combination(&self, py: Python<'_>) -> PyResult<String> {
-        let combination = self.core().sliding_combination().map_err(|error| raise(py, &error))?;
+        let combination =
+            self.resting(py)?.sliding_combination().map_err(|error| raise(py, &error))?;
         Ok(combination.to_string())
     }
 
     /// The same, refused where a contact would pull.
     fn steady_sliding(&self, py: Python<'_>) -> PyResult<String> {
-        let combination = computed(py, || self.core().steady_sliding())?;
+        let scene = self.resting(py)?;
+        let combination = computed(py, || scene.steady_sliding())?;
         Ok(combination.to_string())
     }
 
@@ -230,7 +263,8 @@ impl Scene {
         &self,
         py: Python<'py>,
     ) -> PyResult<(EquilibriumData<'py>, Option<bool>, Option<EquilibriumData<'py>>)> {
-        let (found, uniqueness) = computed(py, || self.core().steady_equilibrium())?;
+        let scene = self.resting(py)?;
+        let (found, uniqueness) = computed(py, || scene.steady_equilibrium())?;
         let data = |found: core::scene::Equilibrium| {
             (
                 found.state.position.into_pyarray(py),
@@ -256,7 +290,8 @@ impl Scene {
         combination: StatusInput,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, &combination)?;
-        computed(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?;
+        let scene = self.propagators(py)?.moving();
+        computed(py, || core::contact::start_coordinates(scene, &state))?;
         Ok(())
     }
 
@@ -269,21 +304,21 @@ impl Scene {
         combination: StatusInput,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
         let state = self.start(py, &position, &velocity, &combination)?;
-        let forces =
-            detached(py, || core::contact::forces_of_state(self.propagators.moving(), &state))?;
+        let scene = self.propagators(py)?.moving();
+        let forces = detached(py, || core::contact::forces_of_state(scene, &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 
     /// Contacts whose forces nothing determines in a combination.
     fn undetermined(&self, py: Python<'_>, combination: &str) -> PyResult<Vec<usize>> {
         let combination = self.combination(py, combination)?;
-        Ok(core::contact::undetermined(self.core(), &combination))
+        Ok(core::contact::undetermined(self.resting(py)?, &combination))
     }
 
     /// Whether directions of contacts depend on each other.
     #[getter]
-    fn dependent(&self) -> bool {
-        self.core().has_dependent_directions()
+    fn dependent(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.resting(py)?.has_dependent_directions())
     }
 
     /// M, C + G, K + H and the symmetric and skew part of the latter over the dofs, as compressed rows.
@@ -293,23 +328,25 @@ impl Scene {
     }
 
     /// mu of a contact and its first three derivatives over the slip speed, in steady sliding.
-    fn friction_derivatives(&self, contact: usize) -> [f64; 4] {
-        let core::Contact { friction, slider_speed, .. } = &self.core().contacts()[contact];
-        let law = self.core().friction_law(contact);
-        law.map_or([*friction, 0.0, 0.0, 0.0], |law| {
+    fn friction_derivatives(&self, py: Python<'_>, contact: usize) -> PyResult<[f64; 4]> {
+        let scene = self.resting(py)?;
+        let core::Contact { friction, slider_speed, .. } = &scene.contacts()[contact];
+        let law = scene.friction_law(contact);
+        Ok(law.map_or([*friction, 0.0, 0.0, 0.0], |law| {
             core::motion::law_derivatives(law, slider_speed.abs())
-        })
+        }))
     }
 
     /// By row: the tangential and the normal direction of every contact.
     fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.input.directions();
-        matrix(py, rows.len(), self.core().dofs(), rows.concat())
+        matrix(py, rows.len(), self.dofs(), rows.concat())
     }
 
     /// By row: how contact forces along each direction are told from a load on the dofs.
     fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let columns = detached(py, || self.core().contact_basis())?;
-        matrix(py, columns.len(), self.core().dofs(), columns.concat())
+        let scene = self.core(py)?;
+        let columns = detached(py, || scene.contact_basis())?;
+        matrix(py, columns.len(), self.dofs(), columns.concat())
     }
 }

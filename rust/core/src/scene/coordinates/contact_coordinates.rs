@@ -36,6 +36,8 @@ pub struct Coordinates {
     pub dependents: SlavedCoordinates,
     /// Whether mass couples contact coordinates.
     pub coupled: bool,
+    /// Whether no free coordinate is coupled to a contact coordinate by mass, as motions need it.
+    pub decoupled: bool,
     dofs: usize,
     transform: Option<Transform>,
     /// `D' M^-1 D` over (tangential, normal) of each contact, when mass couples contact coordinates with each other or
@@ -49,6 +51,25 @@ struct Transform {
     forward: SparseMatrix,
     transposed: SparseMatrix,
     inverse: SparseMatrix,
+}
+
+impl Transform {
+    /// None of the identity.
+    fn new(forward: SparseMatrix, inverse: impl FnOnce() -> SparseMatrix) -> Option<Self> {
+        let moves = forward != SparseMatrix::diagonal(&vec![1.0; forward.size()]);
+        moves.then(|| Self { transposed: forward.transposed(), inverse: inverse(), forward })
+    }
+}
+
+/// The coordinates of (tangential, normal) of each contact, those of directions that it lacks behind the dofs.
+fn in_pairs(size: usize, stated: &[Option<&Direction>], slots: &[usize]) -> Vec<(usize, usize)> {
+    let (mut own, mut beyond) = (slots.iter().copied(), size..);
+    let mut next = |direction: &Option<&Direction>| match direction {
+        Some(_) => own.next(),
+        None => beyond.next(),
+    };
+    let pairs = stated.chunks(2);
+    pairs.filter_map(|pair| Some((next(&pair[0])?, next(&pair[1])?))).collect()
 }
 
 impl Coordinates {
@@ -65,14 +86,6 @@ impl Coordinates {
             stated.iter().flatten().map(|direction| direction.nonzero()).collect();
         let count = directions.len();
         let missing = stated.len() - count;
-        let in_pairs = |slots: &[usize]| -> Vec<(usize, usize)> {
-            let mut beyond = size..;
-            let mut all: Vec<Option<usize>> = vec![None; stated.len()];
-            whose.iter().zip(slots).for_each(|(&k, &slot)| all[k] = Some(slot));
-            let mut all =
-                all.into_iter().map(|slot| slot.or_else(|| beyond.next()).unwrap_or(size));
-            contacts.iter().filter_map(|_| Some((all.next()?, all.next()?))).collect()
-        };
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
         for (index, direction) in directions.iter().enumerate() {
             direction.iter().for_each(|&(dof, _)| along[dof].push(index));
@@ -147,12 +160,8 @@ impl Coordinates {
                 }
             })
         };
-        let forward = rows(|group| &group.forward);
-        let transform = (forward != SparseMatrix::diagonal(&vec![1.0; size])).then(|| Transform {
-            transposed: forward.transposed(),
-            inverse: rows(|group| &group.inverse),
-            forward,
-        });
+        let transform =
+            Transform::new(rows(|group| &group.forward), || rows(|group| &group.inverse));
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
         let sum = |(k, (index, terms)): (usize, &(usize, Row))| {
             let coordinate = size + missing + k;
@@ -178,13 +187,38 @@ impl Coordinates {
             if sums.is_empty() { whole } else { &spread * whole * spread.transpose() }
         });
         Ok(Self {
-            slots: in_pairs(&slots),
+            slots: in_pairs(size, &stated, &slots),
             missing,
             dependents,
             coupled,
+            decoupled: true,
             dofs: size,
             transform,
             delassus,
+        })
+    }
+
+    /// Contact coordinates that leave matrices sparse; mass couples them with others, so that they are for rest and small
+    /// motions alone. None where directions depend on each other, or every direction is along a dof.
+    pub fn sparse(size: usize, contacts: &[ContactInput]) -> Option<Self> {
+        let stated: Vec<Option<&Direction>> = contacts
+            .iter()
+            .flat_map(|contact| [contact.tangential.as_ref(), contact.normal.as_ref()])
+            .collect();
+        let directions: Vec<Row> =
+            stated.iter().flatten().map(|direction| direction.nonzero()).collect();
+        let group = Group::sparse(size, &directions)?;
+        let rows =
+            |of: &[Row]| SparseMatrix::from_rows(size, |dof, entries| entries.extend(&of[dof]));
+        Some(Self {
+            slots: in_pairs(size, &stated, &group.slots),
+            missing: stated.len() - directions.len(),
+            dependents: SlavedCoordinates::default(),
+            coupled: false,
+            decoupled: false,
+            dofs: size,
+            transform: Some(Transform::new(rows(&group.forward), || rows(&group.inverse))?),
+            delassus: None,
         })
     }
 
@@ -201,6 +235,7 @@ impl Coordinates {
             missing: 0,
             dependents: SlavedCoordinates::default(),
             coupled: coupled && delassus.is_some(),
+            decoupled: true,
             dofs: size,
             transform: None,
             delassus,

@@ -2,14 +2,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::linalg::components::components;
 use crate::linalg::dense::Factors;
-use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_law::INDEPENDENCE;
 
 /// Dofs from which a mass is factorized as a sparse matrix if no more than one in `SPARSE_ROW` of its entries is stored.
 const SPARSE_SIZE: usize = 60;
 const SPARSE_ROW: usize = 5;
+
+/// Part of the largest entry of a direction down to which a dof is replaced by its coordinate: fill against accuracy.
+const PIVOT: f64 = 0.1;
 
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
@@ -123,6 +127,94 @@ impl Group {
             ((0..size).map(forward).collect(), (0..size).map(inverse).collect());
         Some(Self { slots, forward, inverse, delassus })
     }
+}
+
+impl Group {
+    /// All dofs of a scene in contact coordinates that mass couples with others, and that leave matrices sparse: only one dof
+    /// of each direction is replaced, `x_s = inv(D_s') (q_c - D_f' x_f)`. None if the directions depend on each other.
+    pub fn sparse(size: usize, directions: &[Row]) -> Option<Self> {
+        let slots = sparse_slots(size, directions)?;
+        let count = slots.len();
+        let mut owner: Vec<Option<usize>> = vec![None; size];
+        slots.iter().enumerate().for_each(|(j, &slot)| owner[slot] = Some(j));
+        // Directions that have a replaced dof of another one are solved together.
+        let shares = |i: usize| directions[i].iter().filter_map(|&(dof, _)| owner[dof]);
+        let mut sharing: Vec<Vec<usize>> = vec![Vec::new(); count];
+        (0..count).for_each(|i| shares(i).for_each(|j| sharing[j].push(i)));
+        let blocks = components(count, |i, found| {
+            found.extend(shares(i));
+            found.extend(&sharing[i]);
+        });
+        let mut forward: Vec<Row> = (0..size).map(|dof| vec![(dof, 1.0)]).collect();
+        let mut inverse = forward.clone();
+        for block in blocks {
+            let mut own = DMatrix::zeros(block.len(), block.len());
+            for (row, &i) in block.iter().enumerate() {
+                for &(dof, entry) in &directions[i] {
+                    let column = owner[dof].and_then(|j| block.binary_search(&j).ok());
+                    column.into_iter().for_each(|column| own[(row, column)] = entry);
+                }
+            }
+            let solved = Factors::new(own).solve(DMatrix::identity(block.len(), block.len()));
+            for (j, &direction) in block.iter().enumerate() {
+                let mut row: Row = Vec::new();
+                for (i, &other) in block.iter().enumerate().filter(|&(i, _)| solved[(j, i)] != 0.0)
+                {
+                    row.push((slots[other], solved[(j, i)]));
+                    let free = directions[other].iter().filter(|entry| owner[entry.0].is_none());
+                    row.extend(free.map(|&(dof, entry)| (dof, -solved[(j, i)] * entry)));
+                }
+                summed(&mut row);
+                forward[slots[direction]] = row;
+                inverse[slots[direction]] = directions[direction].clone();
+            }
+        }
+        Some(Self { slots, forward, inverse, delassus: DMatrix::identity(count, count) })
+    }
+}
+
+/// A dof of its own for each direction that as few others as possible move: elimination then fills little. An entry down to
+/// [`PIVOT`] of the largest of its direction is taken. None if the directions depend on each other.
+fn sparse_slots(size: usize, directions: &[Row]) -> Option<Vec<usize>> {
+    let mut moving = vec![0_usize; size];
+    directions.iter().flatten().for_each(|&(dof, _)| moving[dof] += 1);
+    let mut slots = vec![0; directions.len()];
+    let largest = |row: &Row| row.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max);
+    let mut remaining: Vec<(usize, f64, Row)> =
+        directions.iter().enumerate().map(|(i, row)| (i, largest(row), row.clone())).collect();
+    while !remaining.is_empty() {
+        let mut best: Option<(usize, usize, usize, f64)> = None;
+        for (position, (_, norm, row)) in remaining.iter().enumerate() {
+            let most = largest(row);
+            if !(most > INDEPENDENCE * norm) {
+                return None;
+            }
+            for &(dof, entry) in row.iter().filter(|entry| entry.1.abs() >= PIVOT * most) {
+                let share = entry.abs() / most;
+                let better = best.is_none_or(|(_, _, movers, other)| {
+                    moving[dof] < movers || moving[dof] == movers && share > other
+                });
+                if better {
+                    best = Some((position, dof, moving[dof], share));
+                }
+            }
+        }
+        let (position, slot, ..) = best?;
+        let (index, _, pivot) = remaining.swap_remove(position);
+        slots[index] = slot;
+        pivot.iter().for_each(|&(dof, _)| moving[dof] -= 1);
+        let at = |row: &Row| row.iter().find(|entry| entry.0 == slot).map_or(0.0, |entry| entry.1);
+        let own = at(&pivot);
+        for (_, _, row) in remaining.iter_mut().filter(|(_, _, row)| at(row) != 0.0) {
+            let factor = at(row) / own;
+            row.iter().for_each(|&(dof, _)| moving[dof] -= 1);
+            row.extend(pivot.iter().map(|&(dof, entry)| (dof, -factor * entry)));
+            summed(row);
+            row.retain(|entry| entry.0 != slot);
+            row.iter().for_each(|&(dof, _)| moving[dof] += 1);
+        }
+    }
+    Some(slots)
 }
 
 /// `M^-1 loads`

@@ -263,7 +263,7 @@ fn bordered<'a>(
 
 /// The mass without the couplings that the coordinates make zero, and that are nonzero by rounding only.
 pub(crate) fn uncoupled_mass(mass: SparseMatrix, coordinates: &Coordinates) -> SparseMatrix {
-    if mass.is_diagonal() {
+    if mass.is_diagonal() || !coordinates.decoupled {
         return mass;
     }
     let mut is_contact = vec![false; mass.size()];

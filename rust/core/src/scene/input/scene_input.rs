@@ -44,6 +44,16 @@ impl Default for Damping {
     }
 }
 
+impl Damping {
+    /// (alpha, beta) as the user stated them.
+    pub(crate) fn proportional(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Proportional { mass, stiffness } => Some((*mass, *stiffness)),
+            Self::General(_) => None,
+        }
+    }
+}
+
 /// Everything a scene is made of; by default it has no dofs.
 #[derive(Debug, Clone, Default)]
 pub struct SceneInput {
