@@ -26,7 +26,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("error", 680),
     ("numerics", 1490),
     ("linalg", 1790),
-    ("scene", 6420),
+    ("scene", 6590),
     ("contact", 3490),
     ("modes", 2205),
     ("locus", 2480),
