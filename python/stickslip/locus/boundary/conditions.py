@@ -12,6 +12,7 @@ are the null vectors at the point before.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Protocol
 
 import numpy as np
@@ -181,9 +182,16 @@ class Separation:
 
 
 def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
-    """Return margins of all contacts with d/du and d/dv (3, c), and the sizes of their terms (c,)."""
+    """Return margins of all contacts with d/du and d/dv (3, c), and the sizes of their terms (c,).
+
+    Where the stiffness is singular, a margin has a pole, and is as large as its terms.
+    """
     _, _, stiffness, load, rows, offsets = plane.at(float(y[0]), float(y[1]))
-    factors = scipy.linalg.lu_factor(stiffness[0], check_finite=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)
+        factors = scipy.linalg.lu_factor(stiffness[0], check_finite=False)
+    if not np.diagonal(factors[0]).all():
+        return np.ones((3, len(rows[0]))), np.ones(len(rows[0]))
     rest = scipy.linalg.lu_solve(factors, load[0], check_finite=False)
     moved = [
         scipy.linalg.lu_solve(factors, load[k] - stiffness[k] @ rest, check_finite=False) for k in (1, 2)

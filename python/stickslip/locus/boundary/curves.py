@@ -43,7 +43,7 @@ class BoundaryCurve:
         stiffness, whose rows and columns have size 1; of a separation the normal force, of its terms.
     ends
         Why the curve ends at either side: ``range`` of a parameter, ``zero_frequency``, ``closed``, or
-        ``lost`` if it could not be followed any further.
+        ``lost`` if it could not be followed any further, as where two modes become one; a doubt says so.
     contact, name
         Index and name of the contact that separates; None elsewhere.
     """

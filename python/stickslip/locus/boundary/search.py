@@ -142,6 +142,11 @@ class Search:
                 continue
             known += met
             self.traces.append(trace)
+            for end, ended in zip((0, -1), trace.ends, strict=True):
+                if ended == "lost":
+                    values = self.plane.values(trace.points[end][:2]).items()
+                    at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+                    self.doubts.append(f"a {point.kind} curve could not be followed beyond {at}")
 
     def _condition(self, point: Crossing, where: Real) -> tuple[Condition, Real]:
         condition: Hopf | Divergence | Separation
