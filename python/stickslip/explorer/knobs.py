@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from stickslip.scene.contact import LAW
-from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.parameters.numbers import FACTORS
 
@@ -86,7 +86,7 @@ def ordinates(family: Family, known: Mapping[str, Knob]) -> list[str]:
 
     Steady sliding under constant friction has the same eigenvalues at every slider speed; damping moves them.
     """
-    if any(isinstance(contact.friction, Law) for contact in family.scene({}).contacts):
+    if any(isinstance(contact.friction, FrictionLaw) for contact in family.scene({}).contacts):
         return ["slider_speed", "slider_speed_0"]
     # By the stiffness rather than by the mass, where both are known.
     damping = sorted((name for name in known if name.startswith("damping")), key="damping_mass".__eq__)
