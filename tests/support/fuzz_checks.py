@@ -270,10 +270,14 @@ def coupled_impact_law(sampled: Sampled) -> str:
     restitution = np.array([contact.restitution for contact in contacts])
     # Impacts at one instant press on each other: a rebound then is one of more than the approach before.
     alone = np.array([np.count_nonzero((events.time == t) & (events.kind == "impact")) == 1 for t in time])
-    # They strike in turn, each with the slip velocity that those before leave.
-    reach = np.where(alone, 0.0, np.abs(after - before).max(axis=1, initial=0.0))[:, None]
+    # They strike in turn, with the slip velocities that those before leave; impulses may oppose each other.
+    reach = np.where(alone, 0.0, (np.abs(impulse) @ inverse).max(axis=1, initial=0.0))[:, None]
     slip = before[:, 2::4] - slider_speeds(scene, time)
-    friction = np.max([coefficients(contacts, slip + s * reach) for s in np.linspace(-1.0, 1.0, 65)], axis=0)
+    # The largest mu is at an end of the slip speeds, or at a knot of a table: its cubics are monotone.
+    low, high = np.maximum(np.abs(slip) - reach, 0.0), np.abs(slip) + reach
+    laws = [contact.friction for contact in contacts]
+    knots = {speed for law in laws if isinstance(law, ss.friction.Tabulated) for speed in law.speeds}
+    friction = np.max([coefficients(contacts, np.clip(s, low, high)) for s in (0.0, *knots, np.inf)], axis=0)
     normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
     struck = (normal > push[:, 3::4]) & alone[:, None]
     rebound = after[:, 3::4] + restitution * np.minimum(before[:, 3::4], 0.0)

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from friction_peer import Peer
+from fuzz_scenes import fuzz_scene
 from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
 TABLE = Tabulated([0.0, 0.05, 0.1, 0.2, 0.4], [0.5, 0.4, 0.35, 0.3, 0.29])
@@ -234,3 +235,16 @@ def test_impacts_rub_by_the_friction_of_their_slip_velocity():
     after = run.state(run.events.time[0]).velocity
     # p_t = mu(|s-|) p_n
     assert after[0] - before[0] == pytest.approx(law.coefficient(2.0 - before[0]) * -before[1], rel=1e-9)
+
+
+def test_a_motion_goes_on_from_where_contacts_stick_beside_others_that_slide_by_tables():
+    """Where mass couples contacts, the friction of one follows from that of all at their slip speeds."""
+    scene, start = fuzz_scene(22, 1935, ["tables"])
+    run = ss.simulate(scene, 0.1, start, max_events=650)
+    begin = np.concatenate([[0.0], run.events.time])
+    places = (begin[:-1] + 0.5 * np.diff(begin))[np.diff(begin) > 0.0]
+    states = [run.state(float(place)) for place in places]
+    held = [state for state in states if "s" in state.combination and set(state.combination) & {"+", "-"}]
+    assert len(held) > 10
+    for state in held:
+        ss.simulate(scene, 1e-9, state)

@@ -110,14 +110,16 @@ pub(crate) fn coordinates_at(
         undetermined = undetermined_in(scene, &state.combination);
         functions = event_functions(scene, &state.combination)?;
     }
+    // Where mass couples contacts, the forces of one follow from the friction of all at their slip speeds.
+    let at_slip = scene.at_slip(&u);
     for (contact, (law, &status)) in
-        scene.contacts.iter().zip(state.combination.statuses()).enumerate()
+        at_slip.contacts.iter().zip(state.combination.statuses()).enumerate()
     {
         if !status.is_closed() {
             continue;
         }
         let violated = |quantity, value| violated(contact, status, "state", quantity, value);
-        let (_, normal) = force_as(scene, &state.combination, contact, status);
+        let (_, normal) = force_as(&at_slip, &state.combination, contact, status);
         let normal_force = normal.value(&q, &u);
         let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
         if undetermined.contains(&contact) {
@@ -139,7 +141,7 @@ pub(crate) fn coordinates_at(
         // Without mass, what sticks may also be at rest by its place alone.
         let held = status == Status::Sticking || law.tangential_has_mass();
         if slip == 0.0 && law.static_friction > 0.0 && held {
-            let (friction, _) = force_as(scene, &state.combination, contact, Status::Sticking);
+            let (friction, _) = force_as(&at_slip, &state.combination, contact, Status::Sticking);
             let required = friction.value(&q, &u);
             let limit = law.static_friction * normal_force;
             let tolerance =
@@ -221,6 +223,7 @@ pub(crate) fn initial_departures(
     q: &[f64],
     u: &[f64],
 ) -> Vec<Departure> {
+    let scene = &*scene.at_slip(u);
     combination
         .statuses()
         .iter()
