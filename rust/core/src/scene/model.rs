@@ -93,8 +93,8 @@ impl Scene {
         Self::in_coordinates(coordinates, (nodes, stated), (dofs, law))
     }
 
-    /// A large scene in coordinates that leave its matrices sparse, for rest and modes alone; None of a small one, and where
-    /// [`Coordinates::sparse`] has none or some dofs or compliant contacts lack mass.
+    /// A large scene in coordinates that leave its matrices sparse, for rest and modes alone. None of a small one, where directions
+    /// of contacts depend on each other or all are along dofs, and where some dofs or compliant contacts lack mass.
     pub fn in_sparse_coordinates(input: &SceneInput) -> Result<Option<Self>, Error> {
         let dofs = input.force.len();
         let compliant =
