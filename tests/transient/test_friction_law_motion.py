@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from friction_peer import Peer
+from fuzz_laws import beside_a_faster_mass
 from fuzz_scenes import fuzz_scene
 from stickslip.scene.laws.friction import FrictionLaw, Linear, Rational, Stribeck, Tabulated
 
@@ -248,3 +249,14 @@ def test_a_motion_goes_on_from_where_contacts_stick_beside_others_that_slide_by_
     assert len(held) > 10
     for state in held:
         ss.simulate(scene, 1e-9, state)
+
+
+def test_a_root_that_a_panel_leaves_within_its_error_is_found_before_the_next_one():
+    """A contact is released 1e-9 s before the end of a panel; panels of half the width have it inside."""
+    scene, start = fuzz_scene(32, 2145, ["tables"])
+    run = ss.simulate(scene, 0.1, start, max_events=12)
+    narrow = beside_a_faster_mass(scene, start, 1.6e-6)
+    other = ss.simulate(narrow[0], 0.1, narrow[1], method="taylor", max_events=12)
+    assert other.counters["panels"] > 1.1 * run.counters["panels"]
+    assert run.events.kind[9] == other.events.kind[9] == "release"
+    np.testing.assert_allclose(run.events.time, other.events.time, rtol=0.0, atol=1e-14)

@@ -43,7 +43,7 @@ pub(crate) struct PanelSearch {
     /// On the first panel of a phase: its gaps are exact at its start.
     pub exact: bool,
     /// How far before its start polynomials hold as well, in the unit of the panel: those of linear motions do back to the start of
-    /// the phase, at most as far as the panel is wide.
+    /// the phase, at most as far as the panel is wide; others hold a small part of it.
     pub before: f64,
 }
 

@@ -16,6 +16,9 @@ use crate::transient::trajectory::sampling::Cursor;
 
 /// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
 const WORK_PER_QUESTION: usize = 2048;
+/// How far before their panel series under laws of friction are followed to a root, in units of its width: what they leave out is then
+/// nothing, and where a table begins another cubic at the panel, its slope is continuous.
+const BEFORE: f64 = 1.0 / 64.0;
 
 /// How a phase ended.
 pub(crate) enum PhaseEnd {
@@ -86,8 +89,8 @@ impl PhaseSearch {
             }
             self.on_panel.exact = motion.start() == 0.0;
             if self.on_panel.waiting {
-                let linear = motion.is_linear();
-                self.on_panel.before = if linear { (motion.start() / width).min(1.0) } else { 0.0 };
+                let most = if motion.is_linear() { 1.0 } else { BEFORE };
+                self.on_panel.before = (motion.start() / width).min(most);
             }
             if self.on_panel.exact {
                 self.begin_exactly(run, functions);
