@@ -42,8 +42,9 @@ class BoundaryCurve:
         By how much the condition misses at the points, (k,): the least singular value of the dynamic
         stiffness, whose rows and columns have size 1; of a separation the normal force, of its terms.
     ends
-        Why the curve ends at either side: ``range`` of a parameter, ``zero_frequency``, ``closed``, or
-        ``lost`` if it could not be followed any further, as where two modes become one; a doubt says so.
+        Why the curve ends at either side: ``range`` of a parameter, ``zero_frequency``, ``closed``;
+        ``corner`` where another curve goes on in another direction, as at a knot of a table or where two
+        modes become one; ``lost`` if it could not be followed any further, which is a doubt.
     contact, name
         Index and name of the contact that separates; None elsewhere.
     """

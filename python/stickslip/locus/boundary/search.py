@@ -42,6 +42,8 @@ _ACROSS = 1e-6
 _ROUNDS = 3
 #: Real parts below this part of the modulus don't tell growth from decay.
 _NEUTRAL = 1e-10
+#: Distance of the ends of two curves, of the range, at which one is the other's in another direction.
+_CORNER = 1e-6
 #: Nearest that a row comes to the border of the map, where a curve ends and does not cross it.
 _INNER = 1e-6
 #: How much further growth may rise beside an extreme of the map than it does to its neighbours.
@@ -119,9 +121,22 @@ class Search:
             for place in wrong:
                 self.search(0, place)
             wrong = [place for place in wrong if not self.compare(place, rows)[1]]
+        self._join()
         name = self.plane.names[1]
         for place in wrong:
             self.doubts.append(f"counts contradict the curves at {name} = {self._value(1, place):.6g}")
+
+    def _join(self) -> None:
+        """Tell curves that go on in another direction from those that could not be followed any further."""
+        lost = [(trace, side) for trace in self.traces for side in (0, 1) if trace.ends[side] == "lost"]
+        places = np.array([trace.points[-side][:2] for trace, side in lost]).reshape(-1, 2)
+        for (trace, side), place in zip(lost, places, strict=True):
+            if np.count_nonzero(np.abs(places - place).max(axis=1) <= _CORNER) > 1:
+                trace.ends = ("corner", trace.ends[1]) if side == 0 else (trace.ends[0], "corner")
+                continue
+            values = self.plane.values((float(place[0]), float(place[1]))).items()
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+            self.doubts.append(f"a {kind_of(trace.condition)[0]} curve could not be followed beyond {at}")
 
     def _value(self, axis: int, place: float) -> float:
         return self.plane.values((place, place))[self.plane.names[axis]]
@@ -142,11 +157,6 @@ class Search:
                 continue
             known += met
             self.traces.append(trace)
-            for end, ended in zip((0, -1), trace.ends, strict=True):
-                if ended == "lost":
-                    values = self.plane.values(trace.points[end][:2]).items()
-                    at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
-                    self.doubts.append(f"a {point.kind} curve could not be followed beyond {at}")
 
     def _condition(self, point: Crossing, where: Real) -> tuple[Condition, Real]:
         condition: Hopf | Divergence | Separation
