@@ -256,7 +256,7 @@ class Tabulated(FrictionLaw):
 
 @dataclass(frozen=True, init=False, repr=False)
 class Law(FrictionLaw):
-    """A law of your own: mu as a formula of the slip speed s = |slip velocity|, m/s, and of named numbers.
+    """A law of your own: mu as a formula of the slip speed s >= 0, m/s, and of named numbers.
 
     A formula has the signs ``+ - * / **``, with exponents that do not depend on s, and the functions exp,
     log, sqrt and tanh. It has no branches, and is smooth at rest. The numbers are parameters of a scene, such
