@@ -26,7 +26,8 @@ from .motion.errors import NotPeriodicError, RunError
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact
-from .scene.laws import friction
+from .scene.elements import Damper, Spring
+from .scene.laws import friction, spring
 from .scene.laws.damping import Rayleigh
 from .scene.loads.in_time import Harmonic, Switched
 from .scene.reduction import equations_of
@@ -42,6 +43,7 @@ __all__ = [
     "Case",
     "Contact",
     "Cycle",
+    "Damper",
     "Harmonic",
     "InputError",
     "Interrupted",
@@ -52,6 +54,7 @@ __all__ = [
     "Rayleigh",
     "RunError",
     "Scene",
+    "Spring",
     "State",
     "StickslipError",
     "Study",
@@ -79,6 +82,7 @@ __all__ = [
     "sensitivity",
     "simulate",
     "simulate_many",
+    "spring",
     "stability",
     "stability_boundary",
     "status_table",

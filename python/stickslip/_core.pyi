@@ -65,6 +65,14 @@ _ContactData = tuple[
     _SpringData,
     tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]] | None,
 ]
+#: A spring or damper: its kind, its direction by (dof index, entry), its offset, and its law as that of a
+#: contact.
+_ElementData = tuple[
+    str,
+    list[tuple[int, float]],
+    float,
+    tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]],
+]
 #: A combination, with the friction forces that compliant contacts hold.
 _Statuses = str | tuple[str, list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
@@ -100,14 +108,20 @@ class Scene:
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
         force: tuple[_Real, _LoadData],  # (n,), and in time
-        contacts: Sequence[_ContactData],
+        contacts: tuple[Sequence[_ContactData], Sequence[_ElementData]],
         impact_friction: bool,
     ) -> Scene: ...
-    def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
+    def with_contacts(
+        self, contacts: tuple[Sequence[_ContactData], Sequence[_ElementData]], loads: _LoadData
+    ) -> Scene: ...
     @property
     def size(self) -> int: ...
     @property
     def has_friction_laws(self) -> bool: ...
+    @property
+    def has_elements(self) -> bool: ...
+    # by element: its argument at rest, its force and the first three derivatives of the force
+    def elements_at_rest(self, combination: str) -> list[list[float]]: ...
     @property
     def has_massless(self) -> bool: ...  # dofs or nodes of compliant contacts
     def reduced(self, combination: str) -> Reduced: ...

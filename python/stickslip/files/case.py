@@ -315,5 +315,5 @@ def _same(a: Scene, b: Scene) -> bool:
         and np.array_equal(a.mass, b.mass)
         and np.array_equal(a.force, b.force)
         and (a.stiffness != b.stiffness).nnz == 0
-        and not (a.unsymmetric or b.unsymmetric)
+        and not (a.unsymmetric or b.unsymmetric or a.elements or b.elements)
     )

@@ -1,8 +1,9 @@
 """Scene files: a scene as TOML, its large matrices in files beside it.
 
-`[scene]` has the arguments of `Scene` and its `[[scene.contact]]`; or `[model]` has the name of a function of
-`stickslip.models` and its arguments. A matrix is rows of numbers, ``{ file = "k.npz", name = "K" }`` relative
-to the scene file, or ``{ shape = [n, n], row = [...], column = [...], value = [...] }`` if it is sparse.
+`[scene]` has the arguments of `Scene`, its `[[scene.contact]]`, `[[scene.load]]` and `[[scene.element]]`; or
+`[model]` has the name of a function of `stickslip.models` and its arguments. A matrix is rows of numbers,
+``{ file = "k.npz", name = "K" }`` relative to the scene file, or ``{ shape = [n, n], row = [...], column =
+[...], value = [...] }`` if it is sparse.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from stickslip.scene import models
 from stickslip.scene.arrays.matrix_file import Header, matrix_header, read_matrix, write_matrix
 from stickslip.scene.checks import Real, check_memory, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.elements import Damper, Element, Spring
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Load, Switched
@@ -39,8 +41,9 @@ INLINE = 600
 MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsystems, "chain": models.chain}
 #: Arguments of `Scene` that are matrices or vectors.
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
-SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load")
+SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load", "element")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
+ELEMENTS = {kind.kind: kind for kind in (Spring, Damper)}
 HARMONIC_KEYS, STEPS_KEYS = (
     tuple(field.name for field in dataclasses.fields(kind)) for kind in (Harmonic, Switched)
 )
@@ -118,6 +121,9 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
     loads = table.get("load", [])
     if not isinstance(loads, list):
         raise InputError(f"{path}: [scene]: load: expected tables [[scene.load]], got {loads!r}")
+    elements = table.get("element", [])
+    if not isinstance(elements, list):
+        raise InputError(f"{path}: [scene]: element: expected tables [[scene.element]], got {elements!r}")
     with located(f"{path}: [scene]"):
         return Scene(
             **arguments,
@@ -125,6 +131,7 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
             dofs=table.get("dofs"),
             impact_friction=table.get("impact_friction", False),
             loads=[_load(path, i, load) for i, load in enumerate(loads)],
+            elements=[_element(path, i, element) for i, element in enumerate(elements)],
         )
 
 
@@ -176,6 +183,20 @@ def _load(path: Path, place: int, table: Any) -> Load:
         return Harmonic(**table)
     known(where, table, STEPS_KEYS, STEPS_KEYS[:3])
     return Switched(**table)
+
+
+def _element(path: Path, place: int, table: Any) -> Element:
+    """Return a spring or a damper."""
+    where = f"{path}: element {place}"
+    known(where, table, ("kind", "direction", "law", "offset", "name"), ("kind", "direction", "law"))
+    given = dict(table)
+    kind = ELEMENTS.get(given.pop("kind"))
+    if kind is None:
+        raise InputError(f"{where}: kind: expected one of {', '.join(ELEMENTS)}, got {table['kind']!r}")
+    if kind is Damper and "offset" in given:
+        raise InputError(f"{where}: offset: a damper has none")
+    with located(where):
+        return kind(**given)
 
 
 def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
@@ -260,6 +281,8 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
     table["impact_friction"] = scene.impact_friction
     if scene.loads:
         table["load"] = [_load_table(load, scene.dofs) for load in scene.loads]
+    if scene.elements:
+        table["element"] = [_element_table(one, scene.dofs) for one in scene.elements]
     table["contact"] = [
         {
             key: _contact_entry(key, value, scene.dofs)
@@ -277,6 +300,13 @@ def _contact_entry(key: str, value: Any, dofs: Sequence[str]) -> Any:
     if isinstance(value, FrictionLaw):
         return Inline(value.table())
     return Inline(_load_table(value, dofs)) if isinstance(value, Harmonic) else value
+
+
+def _element_table(element: Element, dofs: Sequence[str]) -> dict[str, Any]:
+    table = {"kind": element.kind, "direction": _named(element.direction, dofs)}
+    table["law"] = Inline(element.law.table())
+    offset = getattr(element, "offset", 0.0)
+    return table | ({"offset": offset} if offset else {}) | ({"name": element.name} if element.name else {})
 
 
 def _load_table(load: Load, dofs: Sequence[str]) -> dict[str, Any]:

@@ -10,8 +10,9 @@ n_i x + N_i / k_n = 0                      closed, with a normal direction
 ```
 
 where w is the slip velocity less that of steady sliding, mu and its derivatives are those of steady sliding,
-and 1 / k is zero at rigid contacts. The terms of higher order are those of ``T = sigma mu(|s|) (N_0 + N)``,
-sigma = 1 in ``+``:
+and 1 / k is zero at rigid contacts. A spring or damper along e, with u = e x or e dx, is a part of K or C by
+its slope at rest, and adds ``-(phi'' u^2 / 2 + phi''' u^3 / 6) e`` to the right side of the first equation.
+The terms of higher order are those of ``T = sigma mu(|s|) (N_0 + N)``, sigma = 1 in ``+``:
 
 ```text
 b = -mu' w N + sigma mu'' N_0 w^2 / 2 + sigma mu'' w^2 N / 2 - mu''' N_0 w^3 / 6
@@ -40,11 +41,13 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from stickslip.scene.checks import Complex, Real
+from stickslip.scene.elements import Damper
 from stickslip.scene.scene import Scene
+from stickslip.scene.structure import directions, tangent
 
 Criticality: TypeAlias = Literal["supercritical", "subcritical", "linear until a status changes"]
-#: Phasors of w and N, (c,) each.
-_Phasors = tuple[Complex, Complex]
+#: Phasors of w and N, (c,) each, and of u, (e,).
+_Phasors = tuple[Complex, Complex, Complex]
 
 #: Null vectors are those of an inverse this far off the eigenvalue, relative; their error is its square.
 _SHIFT = 1e-9
@@ -59,7 +62,7 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
     None where a contact sticks, so that steady sliding is no rest, or where the stiffness of the combination
     is singular.
     """
-    if not scene.core.has_friction_laws:
+    if not (scene.core.has_friction_laws or scene.elements):
         return "linear until a status changes", 0.0
     if "s" in combination:
         return None
@@ -87,7 +90,8 @@ class _Sliding:
     @cached_property
     def friction(self) -> Real:
         """Mu and its derivatives, (4, c)."""
-        return np.array([self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]).T
+        found = [self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]
+        return np.array(found).reshape(-1, 4).T
 
     @cached_property
     def closed(self) -> Real:
@@ -99,19 +103,31 @@ class _Sliding:
     def compliance(self) -> tuple[Real, Real]:
         """1 / k_t and 1 / k_n by contact."""
         springs = [(one.tangential_stiffness, one.normal_stiffness) for one in self.scene.contacts]
-        along, across = np.array([[0.0 if k is None else 1.0 / k for k in pair] for pair in springs]).T
-        return along, across
+        node = np.array([[0.0 if k is None else 1.0 / k for k in pair] for pair in springs]).reshape(-1, 2)
+        return node[:, 0], node[:, 1]
 
     @cached_property
     def matrices(self) -> list[Any]:
         """M, C, K, and the tangential and normal directions by row."""
         core, shape = self.scene.core, (self.scene.size, self.scene.size)
         rows = scipy.sparse.csr_array(core.contact_directions())
-        return [
-            *(scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()[:3]),
-            rows[::2],
-            rows[1::2],
-        ]
+        mass, damping, stiffness = (
+            scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()[:3]
+        )
+        springs, dampers, _ = self.tangent
+        return [mass, damping + dampers, stiffness + springs, rows[::2], rows[1::2]]
+
+    @cached_property
+    def tangent(self) -> tuple[Any, Any, Real]:
+        """What the elements add to K, C and F."""
+        return tangent(self.scene, self.combination)
+
+    @cached_property
+    def elements(self) -> tuple[Any, Real, Real]:
+        """Directions of the elements, (e, n), phi'' and phi''', (2, e), and which are dampers, (e,)."""
+        found = np.array(self.scene.core.elements_at_rest(self.combination)).reshape(-1, 5)
+        dampers = np.array([isinstance(one, Damper) for one in self.scene.elements], dtype=bool)
+        return directions(self.scene), found[:, 3:].T, dampers
 
     @cached_property
     def normal_force(self) -> Real:
@@ -119,7 +135,8 @@ class _Sliding:
         contacts = self.scene.contacts
         given = np.array([contact.normal_force or 0.0 for contact in contacts])
         gaps = np.array([contact.gap for contact in contacts])
-        load = np.concatenate([self.scene.force, 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)])
+        force = self.scene.force + self.tangent[2]
+        load = np.concatenate([force, 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)])
         at_rest = _inverse(self.matrix(0.0, 0.0 * gaps)).solve(load.astype(complex))
         return np.array(at_rest[-gaps.size :].real)
 
@@ -129,7 +146,7 @@ class _Sliding:
         node, spring = self.compliance
         one = np.ones_like(self.signs)
         slope = np.abs(self.signs) * self.friction[1] * normal_force * rate
-        return scipy.sparse.block_array(
+        return _block(
             [
                 [rate * (rate * mass + damping) + stiffness, -along.T, -across.T],
                 [
@@ -147,7 +164,7 @@ class _Sliding:
         slope = np.abs(self.signs) * self.friction[1] * self.normal_force
         zero = _diagonal(0.0 * slope)
         node, _ = self.compliance
-        return scipy.sparse.block_array(
+        return _block(
             [
                 [2.0 * rate * mass + damping, None, None],
                 [_diagonal(slope) @ along, _diagonal(slope * node), None],
@@ -167,43 +184,50 @@ class _Sliding:
         return right, left / np.conj(left.conj() @ (slope @ right))
 
     def phasors(self, vector: Complex, rate: complex) -> _Phasors:
-        """Return those of w, zero where a contact does not slide, and N."""
+        """Return those of w, zero where a contact does not slide, of N, and of u."""
         size, count = self.scene.size, self.signs.size
         along, (node, _) = self.matrices[3], self.compliance
         slip = along @ vector[:size] + node * vector[size : size + count]
-        return rate * slip * np.abs(self.signs), vector[size + count :]
+        directions, _, dampers = self.elements
+        arguments = np.where(dampers, rate, 1.0) * (directions @ vector[:size])
+        return rate * slip * np.abs(self.signs), vector[size + count :], arguments
 
     def bilinear(self, first: _Phasors, second: _Phasors) -> Complex:
-        """Return B by contact."""
+        """Return B by row of A."""
         _, slope, curvature, _ = self.friction
         mixed = first[0] * second[1] + second[0] * first[1]
         square = self.signs * curvature * self.normal_force * first[0] * second[0]
-        return np.asarray(square - slope * mixed)
+        _, (bent, _), _ = self.elements
+        return self.rows(-bent * first[2] * second[2], square - slope * mixed)
+
+    def rows(self, of_elements: Complex, of_contacts: Complex) -> Complex:
+        """Return forces of elements along their directions, and b of the contacts, as a right side of A."""
+        along = self.elements[0].T @ of_elements
+        return np.concatenate([along, of_contacts, np.zeros(self.signs.size)])
 
     def trilinear(self, mode: _Phasors) -> Complex:
-        """Return C(p, p, p*) by contact."""
+        """Return C(p, p, p*) by row of A."""
         _, _, curvature, third = self.friction
-        slip, normal = mode
+        slip, normal, argument = mode
         mixed = 2.0 * np.abs(slip) ** 2 * normal + slip**2 * normal.conj()
         cubic = third * self.normal_force * slip * np.abs(slip) ** 2
-        return np.asarray(self.signs * curvature * mixed - cubic)
+        _, (_, bent), _ = self.elements
+        return self.rows(-bent * argument * np.abs(argument) ** 2, self.signs * curvature * mixed - cubic)
 
     def answer(self, forces: Complex, rate: complex) -> _Phasors:
-        """Return what forces b bring about."""
-        size, count = self.scene.size, self.signs.size
-        load = np.concatenate([np.zeros(size), forces, np.zeros(count)])
-        return self.phasors(_inverse(self.matrix(rate, self.normal_force)).solve(load), rate)
+        """Return what a right side of A brings about."""
+        response = _inverse(self.matrix(rate, self.normal_force)).solve(forces.astype(complex))
+        return self.phasors(response, rate)
 
     def growth(self, rate: complex) -> tuple[Criticality, float]:
         """Return how motions grow, and l_1, at the eigenvalue `rate`."""
         right, left = self.null_vectors(rate)
         mode = self.phasors(right, rate)
-        conjugate = (mode[0].conj(), mode[1].conj())
+        conjugate = (mode[0].conj(), mode[1].conj(), mode[2].conj())
         mean = self.answer(self.bilinear(mode, conjugate), 0.0)
         double = self.answer(self.bilinear(mode, mode), 2.0 * rate)
         forces = self.trilinear(mode) + 2.0 * self.bilinear(mode, mean) + self.bilinear(conjugate, double)
-        size = self.scene.size
-        growth = float((left[size : size + self.signs.size].conj() @ forces).real)
+        growth = float((left.conj() @ forces).real)
         # At this amplitude a contact sticks.
         speeds = np.array([abs(contact.slider_speed) for contact in self.scene.contacts])
         moving = np.abs(mode[0]) > 0.0
@@ -211,6 +235,10 @@ class _Sliding:
         if abs(growth) * amplitude**2 <= _LINEAR * abs(rate):
             return "linear until a status changes", 0.0
         return "subcritical" if growth > 0.0 else "supercritical", growth / (2.0 * abs(rate))
+
+
+def _block(parts: list[list[Any]]) -> Any:
+    return scipy.sparse.csr_array(scipy.sparse.block_array(parts))
 
 
 def _diagonal(values: Any) -> Any:

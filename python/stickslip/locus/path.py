@@ -118,16 +118,17 @@ def is_linear(model: object, name: str) -> TypeGuard[Scene]:
     """Return whether the reduced matrices of a scene change with a number of its contacts linearly.
 
     Friction does, and no other number of a contact changes them. This does not hold where dofs have no mass,
-    directions depend on each other, or friction is a law over slip speed.
+    directions depend on each other, friction is a law over slip speed, or springs are no entries of K.
     """
     if not isinstance(model, Scene) or number_of(model, name).owner != "contact":
         return False
-    return not (model.core.has_massless or model.core.dependent or model.core.has_friction_laws)
+    core = model.core
+    return not (core.has_massless or core.dependent or core.has_friction_laws or core.has_elements)
 
 
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
-    if scene.core.has_friction_laws:
+    if scene.core.has_friction_laws or scene.core.has_elements:
         return []
     number = number_of(scene, name)
     return list(number.places) if (number.owner, number.field) == ("contact", "friction") else []
@@ -255,7 +256,7 @@ class Interpolation:
 
 def is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
-    if scene.core.has_massless or scene.core.has_friction_laws:
+    if scene.core.has_massless or scene.core.has_friction_laws or scene.core.has_elements:
         return False
     if scene.damping is None:
         return scene.gyroscopic is None

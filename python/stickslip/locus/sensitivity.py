@@ -164,6 +164,11 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
             " are compliant; state it as a matrix to differentiate"
         )
     loaded = any(isinstance(one.friction, FrictionLaw) and one.normal is not None for one in scene.contacts)
+    if scene.elements and matrix in ("stiffness", "circulatory"):
+        raise InputError(
+            f"entries: {matrix} also moves the rest, and with it the slope of springs; differentiate a"
+            " function that returns the scene"
+        )
     if loaded and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also changes normal forces, and with them the slope of friction over slip"

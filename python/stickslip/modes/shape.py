@@ -54,7 +54,7 @@ def phase_lag(modes: Computed, leading: int | str, lagging: int | str) -> Real:
 def power(modes: Computed) -> xr.Dataset:
     """Return what `Modes.power` does."""
     scene = modes.scene
-    structure = Structure.of(scene)
+    structure = Structure.of(scene, modes.combination)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
     inertia, viscous, restoring, elastic, following = (

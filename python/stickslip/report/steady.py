@@ -12,6 +12,7 @@ from stickslip.modes.modes import Modes
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.drawing.schematic import schematic
+from stickslip.scene.elements import described_elements
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.show import svg as drawing
@@ -82,6 +83,10 @@ def scene_section(found: Findings) -> Markup:
         ["dof", "mass, kg", "force, N"],
         [[name, float(m), float(f)] for name, m, f in zip(scene.dofs, lumped, scene.force, strict=True)],
     )
+    described = [list(row) for row in described_elements(scene.elements, scene.dofs)]
+    elements = (
+        table("Springs and dampers beside the matrices", ["name", "element"], described) if described else ""
+    )
     matrices = []
     if scene.size <= PRINTED:
         named = {
@@ -109,6 +114,7 @@ def scene_section(found: Findings) -> Markup:
             ]
         ),
         contacts if scene.contacts else "",
+        elements,
         details("Masses, forces, matrices", loads, *matrices),
     )
 

@@ -345,6 +345,20 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | l
     return dof_index(argument, index, dofs)
 
 
+def direction_entries(argument: str, value: Any, dofs: Sequence[str]) -> list[tuple[int, float]]:
+    """Return the entries of a direction by the index of their dofs.
+
+    Raises
+    ------
+    InputError
+        If it is no index below n, no dof name, no vector (n,) and no mapping from dofs.
+    """
+    given = _direction(argument, value, dofs)
+    if isinstance(given, np.ndarray):
+        return entries_of(argument, given, dofs)
+    return given if isinstance(given, list) else [(given, 1.0)]
+
+
 def entries_of(argument: str, value: Any, dofs: Sequence[str]) -> list[tuple[int, float]]:
     """Return the entries of a load by the index of their dofs, given by dofs or as a vector.
 

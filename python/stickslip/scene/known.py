@@ -55,7 +55,7 @@ def _is_two_subsystems(scene: Scene) -> bool:
     model = two_subsystems()
     if scene.dofs != model.dofs or len(scene.contacts) != 2 or scene.damping != model.damping:
         return False
-    if scene.unsymmetric:
+    if scene.unsymmetric or scene.elements:
         return False
     ours, theirs = (Structure.dense(one) for one in (scene, model))
     names = ("mass", "stiffness", "directions")

@@ -37,6 +37,7 @@ from stickslip.scene.contact import (
     law_number,
     nearest,
 )
+from stickslip.scene.elements import Element, checked_elements, core_elements, described_elements
 from stickslip.scene.laws.damping import (
     DampingLike,
     Rayleigh,
@@ -103,6 +104,9 @@ class Scene(Shown):
     loads
         Loads in time, `Harmonic` and `Switched`. Steady sliding and modes take only the first values of
         steps.
+    elements
+        Springs and dampers beside K and C, `Spring` and `Damper`: polynomial, measured, with a gap, or of a
+        formula of your own.
     mesh
         Places of the dofs for drawings, as `stickslip.fe.assemble` makes them from its bodies; None: not
         known. No equation uses them, and a scene file does not hold them.
@@ -125,6 +129,7 @@ class Scene(Shown):
     gyroscopic: Matrix | None
     circulatory: Matrix | None
     loads: tuple[Load, ...]
+    elements: tuple[Element, ...]
     mesh: Mesh | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
@@ -142,6 +147,7 @@ class Scene(Shown):
         gyroscopic: MatrixLike | None = None,
         circulatory: MatrixLike | None = None,
         loads: Sequence[Load] = (),
+        elements: Sequence[Element] = (),
         mesh: Mesh | None = None,
     ) -> None:
         m = mass_array(mass)
@@ -172,12 +178,13 @@ class Scene(Shown):
         listed = tuple(contacts)
         given = _core_contacts(listed, names)
         listed_loads = checked_loads(loads, listed)
+        listed_elements = checked_elements(elements)
         core = _core.Scene(
             core_matrix(m),
             (core_matrix(k), None if h is None else core_matrix(h)),
             (core_damping(c), None if g is None else core_matrix(g)),
             (f, core_loads(listed_loads, listed, names)),
-            given,
+            (given, core_elements(listed_elements, names)),
             bool(impact_friction),
         )
         self._set(
@@ -191,6 +198,7 @@ class Scene(Shown):
             gyroscopic=g,
             circulatory=h,
             loads=listed_loads,
+            elements=listed_elements,
             mesh=mesh,
             core=core,
             model=None,
@@ -219,7 +227,8 @@ class Scene(Shown):
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
             ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
             contact, or of one contact by index or name (``friction_0``, ``friction_left``), a number of a
-            load by its name (``shaker_frequency``, ``load_0_amplitude``), or a coefficient of Rayleigh
+            load by its name (``shaker_frequency``, ``load_0_amplitude``), a number of a spring or damper by
+            the name of the element (``mount_k3``, ``element_0_offset``), or a coefficient of Rayleigh
             damping (``damping_mass``, 1/s, ``damping_stiffness``, s). A scalar sets all contacts that have
             such a field: friction, for example, those with a tangential direction.
 
@@ -250,7 +259,8 @@ class Scene(Shown):
         # The arrays are shared.
         scene = object.__new__(Scene)
         given = _core_contacts(contacts, self.dofs)
-        core = self.core.with_contacts(given, core_loads(self.loads, contacts, self.dofs))
+        elements = core_elements(self.elements, self.dofs)
+        core = self.core.with_contacts((given, elements), core_loads(self.loads, contacts, self.dofs))
         model = self._model_with(laws, contacts) if is_model else None
         scene._set(**{**arguments, "contacts": contacts, "core": core, "model": model})
         return scene
@@ -309,6 +319,7 @@ class Scene(Shown):
         lines += [
             f"  load {name}: {text}" for name, text in described_loads(self.loads, self.contacts, self.dofs)
         ]
+        lines += [f"  {name}: {text}" for name, text in described_elements(self.elements, self.dofs)]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
             law = (
                 f"friction {contact.friction!r}"
@@ -355,6 +366,7 @@ class Scene(Shown):
             ("damping", described_damping(self.damping)),
             *((name, "matrix") for name in self.unsymmetric),
             *((f"load {name}", text) for name, text in described_loads(self.loads, self.contacts, self.dofs)),
+            *described_elements(self.elements, self.dofs),
         ]
         return Summary(facts, [Table("Contacts of the scene", headings, rows)])
 

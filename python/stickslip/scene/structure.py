@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real
+from stickslip.scene.contact import direction_entries
+from stickslip.scene.elements import Spring
 from stickslip.scene.scene import Scene
 
 
@@ -44,17 +47,23 @@ class Structure:
     force: Real
 
     @classmethod
-    def of(cls, scene: Scene) -> Structure:
-        """Return the sparse matrices of a scene.
+    def of(cls, scene: Scene, combination: str | None = None) -> Structure:
+        """Return the sparse matrices of a scene, about steady sliding of a combination if one is given.
 
         Raises
         ------
         InputError
-            If some dofs have no mass, or contacts are compliant: their nodes are none of the dofs.
+            If some dofs have no mass, or contacts are compliant: their nodes are none of the dofs. If the
+            scene has springs or dampers beside its matrices, and there is no `combination` to be about.
         """
         if scene.core.has_massless:
             raise InputError(
                 "scene: energies of modes and harmonics need mass on every dof and rigid contacts;"
+                " Trajectory.energy and Trajectory.balance have those of a motion"
+            )
+        if scene.elements and combination is None:
+            raise InputError(
+                "scene: energies of modes and harmonics need a linear structure, without elements;"
                 " Trajectory.energy and Trajectory.balance have those of a motion"
             )
         core, shape = scene.core, (scene.size, scene.size)
@@ -64,7 +73,12 @@ class Structure:
         directions, basis = (
             scipy.sparse.csr_array(rows.T) for rows in (core.contact_directions(), core.contact_basis())
         )
-        return cls(mass, damping, stiffness, elastic, circulatory, directions, basis, scene.force)
+        force = scene.force
+        if scene.elements and combination is not None:
+            springs, dampers, constant = tangent(scene, combination)
+            damping, force = damping + dampers, force + constant
+            stiffness, elastic = stiffness + springs, elastic + springs
+        return cls(mass, damping, stiffness, elastic, circulatory, directions, basis, force)
 
     @classmethod
     def dense(cls, scene: Scene) -> Structure:
@@ -78,3 +92,26 @@ def times(matrix: Any, vectors: Complex) -> Complex:
     """Return a real matrix times complex columns; numpy would make the matrix complex first."""
     product: Complex = matrix @ vectors.real + 1j * (matrix @ vectors.imag)
     return product
+
+
+def directions(scene: Scene) -> Any:
+    """Return the directions of the elements of a scene by row, (e, n), sparse."""
+    entries = [direction_entries("direction", one.direction, scene.dofs) for one in scene.elements]
+    places = [(k, dof) for k, row in enumerate(entries) for dof, _ in row]
+    values = [entry for row in entries for _, entry in row]
+    shape = (len(entries), scene.size)
+    return scipy.sparse.csr_array((values, np.array(places).reshape(-1, 2).T), shape=shape)
+
+
+def tangent(scene: Scene, combination: str) -> tuple[Any, Any, Real]:
+    """Return what the elements of a scene add to K, C and F for small motions about rest in a combination."""
+    found = np.array(scene.core.elements_at_rest(combination)).reshape(-1, 5)
+    along = directions(scene)
+    springs = np.array([isinstance(one, Spring) for one in scene.elements], dtype=bool)
+    offsets = np.array([getattr(one, "offset", 0.0) for one in scene.elements])
+    argument, force, slope = found[:, 0], found[:, 1], found[:, 2]
+    constant = np.where(springs, slope * (argument + offsets) - force, -force)
+    stiffness, damping = (
+        along.T @ scipy.sparse.diags_array(np.where(kind, slope, 0.0)) @ along for kind in (springs, ~springs)
+    )
+    return stiffness, damping, np.asarray(along.T @ constant)

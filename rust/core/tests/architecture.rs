@@ -23,14 +23,14 @@ const PARTS: [&str; 12] = [
 /// Most lines of each part, tests apart: what it had when this was last set, and five percent. Raising one is a decision that its
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
-    ("error", 680),
+    ("error", 730),
     ("numerics", 1490),
     ("linalg", 1790),
-    ("scene", 6590),
+    ("scene", 7349),
     ("contact", 3490),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 9400),
+    ("motion", 9728),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4250),

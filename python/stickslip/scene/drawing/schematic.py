@@ -11,6 +11,8 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.scene.checks import Complex, Matrix, Real
+from stickslip.scene.contact import direction_entries
+from stickslip.scene.elements import Element
 from stickslip.show.mesh import Mesh
 
 #: Bodies that are drawn at most; contacts go first. Bodies up to which each has its name.
@@ -42,6 +44,10 @@ class Structured(Protocol):
     @property
     def stiffness(self) -> Matrix:
         """K, (n, n), N/m."""
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """Springs and dampers beside the matrices."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -167,7 +173,8 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     tangential and normal direction. Every dof that belongs to no contact is a body of its own, which moves to
     the right, in layers above by the number of springs to the next contact. Two bodies whose dofs K couples
     are tied by a spring, as stiff as the largest of these entries. If a diagonal entry of K is larger than
-    all other entries of its row together, a spring with the difference ties the body to the wall.
+    all other entries of its row together, a spring with the difference ties the body to the wall. Springs and
+    dampers beside the matrices are drawn in the same way.
 
     Parameters
     ----------
@@ -200,6 +207,11 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     for dof in np.flatnonzero((rest > ROUNDING * np.abs(diagonal)) & (owner >= 0)).tolist():
         place = int(owner[dof])
         walls[place] = max(walls.get(place, 0.0), float(rest[dof]))
+    for ends in _element_ends(scene, owner):
+        if len(ends) > 1:
+            springs.setdefault((ends[0], ends[-1]), 1.0)
+        elif ends:
+            walls.setdefault(ends[0], 1.0)
     if not columns:
         bodies = _layered(bodies, springs)
     return Schematic(
@@ -208,6 +220,13 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
         tuple(walls.items()),
         int((owner < 0).sum()),
     )
+
+
+def _element_ends(scene: Structured, owner: Any) -> Iterator[list[int]]:
+    """Yield the bodies that each spring or damper beside the matrices ties, ascending."""
+    for one in scene.elements:
+        entries = direction_entries("direction", one.direction, scene.dofs)
+        yield sorted({int(owner[dof]) for dof, entry in entries if entry and owner[dof] >= 0})
 
 
 def masses(scene: Structured) -> Sequence[Column]:

@@ -1,5 +1,5 @@
-"""Laws of friction."""
+"""Laws of friction, and of springs and dampers."""
 
-from stickslip.scene.laws import friction
+from stickslip.scene.laws import friction, spring
 
-__all__ = ["friction"]
+__all__ = ["friction", "spring"]

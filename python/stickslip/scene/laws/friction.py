@@ -7,8 +7,7 @@ friction, which is mu(0) unless `Contact.static_friction` gives another value.
 
 from __future__ import annotations
 
-import dataclasses
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,10 +17,10 @@ import numpy as np
 import scipy
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import described, real_array, real_number
-from stickslip.scene.laws.expression import Variable, check_names, depends, names, parsed, text
-from stickslip.scene.laws.operations import Operation, operations, values
-from stickslip.scene.laws.tracing import traced
+from stickslip.scene.checks import described, real_array
+from stickslip.scene.laws.expression import Variable
+from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
+from stickslip.scene.laws.operations import values
 
 __all__ = ["Constant", "Law", "Linear", "Rational", "Stribeck", "Tabulated"]
 
@@ -30,36 +29,15 @@ def __dir__() -> list[str]:
     return __all__
 
 
-#: The kind of a law in the core, its numbers, the pieces of a table by rows of 4, and the operations of a
-#: formula.
-LawData = tuple[str, list[float], list[list[float]], list[Operation]]
 #: What the formula of a law depends on.
 SLIP_SPEED = Variable("s", "the slip speed s >= 0", "friction", "Tabulated")
 
 
 @dataclass(frozen=True)
-class FrictionLaw(ABC):
+class FrictionLaw(OneVariableLaw):
     """The dependence of friction on slip speed, of which every public class of this module is a form."""
 
-    #: The name of the law in files.
-    law: ClassVar[str]
-
-    def __post_init__(self) -> None:
-        for name in self.parameters():
-            value = real_number(f"friction: {name}", getattr(self, name))
-            if not np.isfinite(value) or (name == "speed" and value <= 0.0):
-                raise InputError(
-                    f"friction: {name}: must be finite{' and > 0' * (name == 'speed')}, got {value}"
-                )
-            object.__setattr__(self, name, value)
-
-    def parameters(self) -> dict[str, float]:
-        """Return its numbers by name."""
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-
-    def replace(self, **numbers: float) -> FrictionLaw:
-        """Return the law with other `numbers`, given by name."""
-        return law_of({**self.table(), **numbers})
+    argument: ClassVar[str] = "friction"
 
     def data(self) -> LawData | None:
         """Return the law as the core takes it; None where friction is constant."""
@@ -68,32 +46,6 @@ class FrictionLaw(ABC):
     @abstractmethod
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
-
-    def table(self) -> dict[str, Any]:
-        """Return the law as a file has it."""
-        return {"law": self.law, **self.parameters()}
-
-    @classmethod
-    def of_table(cls, given: Mapping[str, Any]) -> FrictionLaw:
-        """Return the law of a table without its name.
-
-        Raises
-        ------
-        InputError
-            If its numbers are others.
-        """
-        fields = list(dataclasses.fields(cls))
-        known = [field.name for field in fields]
-        for key in given:
-            if key not in known:
-                raise InputError(f"friction: the law {cls.law!r} has no {key!r}; it has {', '.join(known)}")
-        for field in fields:
-            if field.name not in given and field.default is dataclasses.MISSING:
-                raise InputError(f"friction: the law {cls.law!r} needs {field.name}")
-        return cls(**given)
-
-    def __format__(self, spec: str) -> str:
-        return repr(self)
 
 
 @dataclass(frozen=True)
@@ -255,7 +207,7 @@ class Tabulated(FrictionLaw):
 
 
 @dataclass(frozen=True, init=False, repr=False)
-class Law(FrictionLaw):
+class Law(FormulaLaw, FrictionLaw):
     """A law of your own: mu as a formula of the slip speed s >= 0, m/s, and of named numbers.
 
     A formula has the signs ``+ - * / **``, with exponents that do not depend on s, and the functions exp,
@@ -281,30 +233,11 @@ class Law(FrictionLaw):
     formula: str
     _numbers: tuple[tuple[str, float], ...]
     law: ClassVar[str] = "formula"
+    variable: ClassVar[Variable] = SLIP_SPEED
 
     def __init__(self, formula: str | Callable[..., Any], /, **numbers: float) -> None:
-        given: Mapping[str, Any] = numbers
-        if isinstance(formula, str):
-            tree = parsed(SLIP_SPEED, formula)
-        elif callable(formula):
-            tree, given = traced(SLIP_SPEED, formula, numbers)
-        else:
-            raise InputError(f"friction: formula: expected a function or a text, got {described(formula)}")
-        check_names(SLIP_SPEED, given, tree, ("law", "formula"))
-        found = {name: real_number(f"friction: {name}", given[name]) for name in names(tree)}
-        for name, value in found.items():
-            if not np.isfinite(value):
-                raise InputError(f"friction: {name}: must be finite, got {value}")
-        told = text(SLIP_SPEED, tree)
-        if not depends(tree):
-            raise InputError(f"friction: {told} does not depend on the slip speed s: give the plain number")
-        object.__setattr__(self, "formula", told)
-        object.__setattr__(self, "_numbers", tuple(found.items()))
+        self._read(formula, numbers)
         self._check_rest()
-
-    @cached_property
-    def _operations(self) -> list[Operation]:
-        return operations(SLIP_SPEED, parsed(SLIP_SPEED, self.formula), self.parameters())
 
     def _check_rest(self) -> None:
         """Refuse a law without a power series at rest, or with a negative mu there."""
@@ -320,40 +253,9 @@ class Law(FrictionLaw):
                 f"friction: mu at rest must be finite and >= 0, got {at_rest[-1]:g} of {described(self)}"
             )
 
-    def parameters(self) -> dict[str, float]:
-        """Return its numbers by name."""
-        return dict(self._numbers)
-
-    def data(self) -> LawData | None:
-        """Return the operations of the formula."""
-        return self.law, [], [], self._operations
-
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
-        return float(values(self._operations, speed)[-1])
-
-    def table(self) -> dict[str, Any]:
-        """Return the law as a file has it."""
-        return {"law": self.law, "formula": self.formula, **self.parameters()}
-
-    @classmethod
-    def of_table(cls, given: Mapping[str, Any]) -> Law:
-        """Return the law of a table without its name.
-
-        Raises
-        ------
-        InputError
-            If it is none.
-        """
-        formula = given.get("formula")
-        if not isinstance(formula, str):
-            raise InputError(f"friction: formula: expected a text, got {described(formula)}")
-        return cls(formula, **{name: value for name, value in given.items() if name != "formula"})
-
-    def __repr__(self) -> str:
-        return (
-            f"Law({', '.join([repr(self.formula), *(f'{name}={value!r}' for name, value in self._numbers)])})"
-        )
+        return float(self._value(speed))
 
 
 LAWS: dict[str, type[FrictionLaw]] = {
@@ -370,16 +272,13 @@ LAWS: dict[str, type[FrictionLaw]] = {
 
 
 def law_of(table: Mapping[str, Any]) -> FrictionLaw:
-    """Return the law of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``.
+    """Return the law of friction of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``.
 
     Raises
     ------
     InputError
         If there is no such law, or its numbers are others.
     """
-    given = dict(table)
-    name = given.pop("law", None)
-    kind = LAWS.get(name) if isinstance(name, str) else None
-    if kind is None:
-        raise InputError(f"friction: law: expected one of {', '.join(LAWS)}, got {described(name)}")
-    return kind.of_table(given)
+    law = law_among(LAWS, "friction", table)
+    assert isinstance(law, FrictionLaw)
+    return law

@@ -125,15 +125,16 @@ class Family:
     def compiled(self, names: Iterable[str]) -> bool:
         """Return whether scenes of these parameters are made in compiled code.
 
-        It knows constant friction alone, and no number of a scene beyond those of contacts and loads.
+        It knows constant friction and no elements, and no number of a scene beyond those of contacts and
+        loads.
         """
         if isinstance(self.model, Scene):
             known = all(number_of(self.model, name).owner != "scene" for name in names)
         else:
             known = self.is_chain and not any(self.slot(name).late for name in names)
-        return known and not any(
-            isinstance(contact.friction, FrictionLaw) for contact in self.template.contacts
-        )
+        if not known or self.template.elements:
+            return False
+        return not any(isinstance(contact.friction, FrictionLaw) for contact in self.template.contacts)
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:

@@ -23,6 +23,7 @@ from stickslip.scene.contact import (
     nearest,
     with_law_number,
 )
+from stickslip.scene.elements import element_names, element_numbers, with_element_number
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Switched
@@ -61,7 +62,7 @@ class Number:
     name
         What a user calls it.
     owner
-        Whose it is: a contact's, a load's, that of a slider that vibrates, or the scene's own.
+        Whose it is: a contact's, a load's, an element's, that of a slider that vibrates, or the scene's own.
     field
         The attribute of its owner, or an entry of `FACTORS` or `COEFFICIENTS`.
     places
@@ -71,7 +72,7 @@ class Number:
     """
 
     name: str
-    owner: Literal["contact", "load", "slider", "scene"]
+    owner: Literal["contact", "load", "element", "slider", "scene"]
     field: str
     places: tuple[int, ...] = ()
     joint: bool = False
@@ -80,6 +81,8 @@ class Number:
     def unit(self) -> str:
         """Its unit."""
         stem = _entry(self.field)[0]
+        if self.owner == "element":
+            return "m" if self.field == "offset" else ""
         return "m/s" if (self.owner, stem) == ("slider", "amplitude") else UNITS.get(stem, "")
 
     @property
@@ -97,6 +100,8 @@ class Number:
             return getattr(scene.damping or Rayleigh(), COEFFICIENTS[self.field])
         if self.owner == "contact":
             return common([law_number(scene.contacts[k], self.field) for k in self.places])
+        if self.owner == "element":
+            return element_numbers(scene.elements[self.places[0]])[self.field]
         return _of_wave(self.name, self.wave(scene), self.field)
 
     def put(self, scene: SimpleNamespace, value: Any) -> None:
@@ -109,6 +114,9 @@ class Number:
             for k in places:
                 one = given[k if self.joint else 0]
                 scene.contacts[k] = with_law_number(scene.contacts[k], self.field, one)
+        elif self.owner == "element":
+            element = scene.elements[self.places[0]]
+            scene.elements[self.places[0]] = with_element_number(element, self.field, value)
         elif self.owner == "load":
             load = scene.loads[self.places[0]]
             scene.loads[self.places[0]] = _with_wave(self.name, load, self.field, value)
@@ -173,8 +181,8 @@ def common(values: Sequence[Any]) -> Any:
 
 def found_number(scene: Any, name: str) -> Number | None:
     """Return the number that a name stands for; None if there is none."""
-    if (wave := load_numbers(scene).get(name)) is not None:
-        return wave
+    if (own := (load_numbers(scene) | _of_elements(scene)).get(name)) is not None:
+        return own
     if name not in (*COEFFICIENTS, *FACTORS):
         return _of_contacts(scene.contacts, name)
     if name in _own_names(scene):
@@ -221,7 +229,7 @@ def known_names(scene: Any) -> list[str]:
     fields = [*LAW, *_laws(scene.contacts)]
     labels = dict.fromkeys([*map(str, range(len(scene.contacts))), *map(str, contact_labels(scene.contacts))])
     single = [f"{field}_{label}" for field in fields for label in labels]
-    return [*fields, *load_numbers(scene), *COEFFICIENTS, *FACTORS, *single]
+    return [*fields, *load_numbers(scene), *_of_elements(scene), *COEFFICIENTS, *FACTORS, *single]
 
 
 def load_numbers(scene: Any) -> dict[str, Number]:
@@ -235,6 +243,15 @@ def load_numbers(scene: Any) -> dict[str, Number]:
         for field in WAVE if contact.slider_vibration is not None else ():
             name = f"{vibration_name(scene.contacts, k)}_{field}"
             found[name] = Number(name, "slider", field, (k,))
+    return found
+
+
+def _of_elements(scene: Any) -> dict[str, Number]:
+    """Return every number of springs and dampers, by name."""
+    found = {}
+    for k, (name, one) in enumerate(zip(element_names(scene.elements), scene.elements, strict=True)):
+        for field in element_numbers(one):
+            found[f"{name}_{field}"] = Number(f"{name}_{field}", "element", field, (k,))
     return found
 
 
@@ -256,6 +273,7 @@ def scene_numbers(scene: Any, laws: Iterable[str] = LAW) -> dict[str, float | No
     for name, number in load_numbers(scene).items():
         if number.field != "amplitude" or len(_entries(number.wave(scene).amplitude)) == 1:
             found[name] = number.get(scene)
+    found |= {name: number.get(scene) for name, number in _of_elements(scene).items()}
     own = [name for name in _own_names(scene) if name != "damping" or not isinstance(scene.damping, Rayleigh)]
     return found | {name: Number(name, "scene", name).get(scene) for name in own}
 
@@ -289,9 +307,10 @@ def changed_parts(scene: Any, numbers: Mapping[Number, Any], call: str) -> dict[
     _check_apart(numbers, call)
     parts = SimpleNamespace(**{name: getattr(scene, name) for name in FACTORS})
     parts.contacts, parts.loads = list(scene.contacts), list(scene.loads)
+    parts.elements = list(scene.elements)
     for number, value in numbers.items():
         number.put(parts, value)
-    owners = {"contact": "contacts", "slider": "contacts", "load": "loads"}
+    owners = {"contact": "contacts", "slider": "contacts", "load": "loads", "element": "elements"}
     names = {owners.get(one.owner, "damping" if one.field in COEFFICIENTS else one.field) for one in numbers}
     return {name: getattr(parts, name) for name in names}
 

@@ -14,6 +14,7 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
+from stickslip.scene.elements import Element
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.loads.in_time import Load
@@ -51,6 +52,7 @@ def described_scene(scene: Scene) -> dict[str, Any]:
         "dofs": list(scene.dofs),
         "impact_friction": scene.impact_friction,
         **({"loads": [_load(load) for load in scene.loads]} if scene.loads else {}),
+        **({"elements": [_element(one) for one in scene.elements]} if scene.elements else {}),
     }
 
 
@@ -118,6 +120,11 @@ def _contact(contact: Contact) -> dict[str, Any]:
 
 def _load(load: Load) -> dict[str, Any]:
     return {"kind": type(load).__name__, **{name: _plain(value) for name, value in vars(load).items()}}
+
+
+def _element(element: Element) -> dict[str, Any]:
+    given = {name: _plain(value) for name, value in vars(element).items() if name != "law"}
+    return {"kind": element.kind, "law": element.law.table(), **given}
 
 
 def _plain(value: Any) -> Any:

@@ -110,8 +110,11 @@ pub(crate) fn coordinates_at(
         undetermined = undetermined_in(scene, &state.combination);
         functions = event_functions(scene, &state.combination)?;
     }
+    if let Some(element) = scene.undefined_element(&q, &u) {
+        return Err(Error::UndefinedElement { element });
+    }
     // Where mass couples contacts, the forces of one follow from the friction of all at their slip speeds.
-    let at_slip = scene.at_slip(&u);
+    let at_slip = scene.in_state(&q, &u);
     for (contact, (law, &status)) in
         at_slip.contacts.iter().zip(state.combination.statuses()).enumerate()
     {
@@ -223,7 +226,7 @@ pub(crate) fn initial_departures(
     q: &[f64],
     u: &[f64],
 ) -> Vec<Departure> {
-    let scene = &*scene.at_slip(u);
+    let scene = &*scene.in_state(q, u);
     combination
         .statuses()
         .iter()

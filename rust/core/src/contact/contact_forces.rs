@@ -1,6 +1,6 @@
 //! The forces of contacts as functionals of the state, and their values.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::contact::functional::Functional;
 use crate::contact::problem::contact_problem::status_equations;
@@ -35,9 +35,10 @@ impl ContactForces {
         Self { combination: combination.clone(), coupled }
     }
 
-    /// (N, T) of every contact in state (q, q'). Under laws of friction over slip speed the state changes the forces per reaction.
+    /// (N, T) of every contact in state (q, q'). Under laws of friction over slip speed, and beside elements,
+    /// the state changes the forces per reaction.
     pub fn values(&self, scene: &Scene, q: &[f64], u: &[f64]) -> Vec<(f64, f64)> {
-        if scene.has_friction_laws() {
+        if scene.is_nonlinear() {
             return contact_forces_in(scene, &self.combination, q, u);
         }
         if let Some(forces) = &self.coupled {
@@ -95,7 +96,7 @@ pub(crate) fn contact_forces_in(
     q: &[f64],
     u: &[f64],
 ) -> Vec<(f64, f64)> {
-    let scene = &*scene.at_slip(u);
+    let scene = &*scene.in_state(q, u);
     ContactForces::new(scene, combination).values(scene, q, u)
 }
 
@@ -163,6 +164,53 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
     Some(DMatrix::from_fn(map.nrows(), statuses.len(), |row, contact| {
         -statuses[contact].friction_sign() * map[(row, 2 * contact)]
     }))
+}
+
+/// The change of the forces (T, N) of all contacts per newton of each force that is no linear function of the state, a column for
+/// each: the friction that laws add, of the contacts that slide by laws, and then the elements of the scene. None where no such
+/// force changes a contact force.
+pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
+    let statuses = combination.statuses();
+    let laws: Vec<usize> = scene.sliding_by_law(combination).map(|(contact, _)| contact).collect();
+    let by_law = friction_response(scene, combination);
+    let count = scene.contacts.len();
+    let loads = scene.nonlinear_elements().map(|(_, one)| {
+        let entry = |k: usize| {
+            let own = one.direction.iter().filter(|term| term.0 == k);
+            own.map(|term| term.1).sum::<f64>()
+        };
+        let rows = scene.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
+        // The force of an element is a load less, and so a reaction more.
+        DVector::from_iterator(2 * count, rows.map(entry))
+    });
+    let loads: Vec<DVector<f64>> = loads.collect();
+    if by_law.is_none() && loads.iter().all(|load| load.iter().all(|&entry| entry == 0.0)) {
+        return None;
+    }
+    let map = match &scene.coordinates.delassus {
+        Some(w) => force_map(scene, w, statuses),
+        None => {
+            let mut map = DMatrix::zeros(2 * count, 2 * count);
+            for (i, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
+                let [t, n] = [2 * i, 2 * i + 1];
+                match status {
+                    Status::Detached => continue,
+                    Status::Sticking => map[(t, t)] = 1.0,
+                    _ => map[(t, n)] = status.friction_sign() * law.friction,
+                }
+                map[(n, n)] = 1.0;
+            }
+            map
+        }
+    };
+    let mut all = DMatrix::zeros(2 * count, laws.len() + loads.len());
+    if let Some(by_law) = by_law {
+        laws.iter().enumerate().for_each(|(j, &i)| all.set_column(j, &by_law.column(i)));
+    }
+    for (j, load) in loads.iter().enumerate() {
+        all.set_column(laws.len() + j, &(&map * load));
+    }
+    Some(all)
 }
 
 /// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each

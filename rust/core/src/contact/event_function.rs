@@ -38,9 +38,7 @@ impl EventFunction {
         Self { contact, trigger, functional, forces: Vec::new() }
     }
 
-    /// Its change per newton of additional friction of contact `source`, from [`friction_response`].
-    ///
-    /// [`friction_response`]: crate::contact::contact_forces::friction_response
+    /// Its change per newton of force `source`, from [`response`](crate::contact::contact_forces::response).
     pub fn response(&self, response: &DMatrix<f64>, source: usize) -> f64 {
         self.forces.iter().map(|&(row, weight)| weight * response[(row, source)]).sum()
     }

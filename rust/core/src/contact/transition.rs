@@ -32,6 +32,8 @@ pub(crate) fn settle(
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
     settlement.rest = None;
+    let tangent = scene.elements_at_contacts().then(|| scene.tangent(q, u));
+    let scene = tangent.as_deref().unwrap_or(scene);
     // A gap that rounding has made negative by the time of another contact's event is zero.
     for contact in among.clone() {
         if settlement.statuses[contact] == Status::Detached {

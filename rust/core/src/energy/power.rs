@@ -1,7 +1,7 @@
 //! Energy and powers of a state, each from its own formula.
 //!
 //! ```text
-//! E = 1/2 u' M u + 1/2 x' K x,      u = x'
+//! E = 1/2 u' M u + 1/2 x' K x + sum_e int phi_e,      u = x'
 //! dE/dt = sum_i T_i (t_i . u) + F . u - u' C u
 //! ```
 //!
@@ -13,8 +13,6 @@
 //! their agreement is a check. The contact power is the power on the structure, `T_i v_i` from the slider
 //! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`. Where v_i vibrates, it is the whole speed of the slider.
 //! F holds the loads in time. By Archard's law a contact wears as the integral of its *wear power* `N_i |s_i|`.
-
-use std::borrow::Cow;
 
 use crate::contact::contact_forces::ContactForces;
 use crate::error::input::Error;
@@ -53,7 +51,8 @@ pub struct EnergySample {
 
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
-    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(elastic_stiffness(scene), q, q))
+    let elastic = 0.5 * bilinear(elastic_stiffness(scene), q, q) + scene.element_energy(q);
+    (0.5 * bilinear(&scene.mass, u, u), elastic)
 }
 
 /// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
@@ -68,7 +67,8 @@ pub(crate) fn energy_change(
         let change: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b - a).collect();
         0.5 * bilinear(matrix, &sum, &change)
     };
-    (half(&scene.mass, u0, u1), half(elastic_stiffness(scene), q0, q1))
+    let elastic = half(elastic_stiffness(scene), q0, q1) + scene.element_energy_change(q0, q1);
+    (half(&scene.mass, u0, u1), elastic)
 }
 
 /// K with the symmetric part of H: the matrix of the elastic energy.
@@ -95,8 +95,8 @@ pub fn damper_groups(scene: &Scene) -> &'static [&'static str] {
     if scene.bare().proportional.is_some() { &["mass", "stiffness"] } else { &["dampers"] }
 }
 
-/// Dissipated power per damper group, `alpha u' M u` and `beta u' K u`, or `u' C u`.
-pub(crate) fn damping_powers(scene: &Scene, u: &[f64]) -> [f64; 2] {
+/// Dissipated power per damper group, `alpha u' M u` and `beta u' K u`, or `u' C u` with what nonlinear dampers take.
+pub(crate) fn damping_powers(scene: &Scene, q: &[f64], u: &[f64]) -> [f64; 2] {
     let form = |factor: f64, matrix: &SparseMatrix| {
         if factor == 0.0 { 0.0 } else { factor * bilinear(matrix, u, u) }
     };
@@ -104,7 +104,9 @@ pub(crate) fn damping_powers(scene: &Scene, u: &[f64]) -> [f64; 2] {
         Some((alpha, beta)) => [form(alpha, &scene.mass), form(beta, &scene.stiffness)],
         None => {
             let parts = scene.energy_parts.as_ref();
-            [form(1.0, parts.map_or(&scene.damping, |parts| &parts.dissipative)), 0.0]
+            let linear = form(1.0, parts.map_or(&scene.damping, |parts| &parts.dissipative));
+            let [_, taken] = scene.element_powers(q, u);
+            [linear + taken, 0.0]
         }
     }
 }
@@ -176,9 +178,9 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
 
         let mut acceleration = vec![0.0; moving.size];
         let of_slip;
-        let equation = match moving.has_friction_laws() {
+        let equation = match moving.is_nonlinear() {
             true => {
-                of_slip = EquationOfMotion::new(&moving.at_slip(velocities), combination)?;
+                of_slip = EquationOfMotion::new(&moving.in_state(moved, velocities), combination)?;
                 &of_slip
             }
             false => &*equation,
@@ -189,17 +191,18 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         fitted.dependents.follow_rates(&mut acceleration);
         let (_, acceleration) = moving.at_rest(velocities, &acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
-        sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, q));
+        let [stored, _] = scene.element_powers(q, u);
+        sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, q) + stored);
 
         let power = |force: &[f64]| force.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
-        let mut force = Cow::Borrowed(&scene.force[..]);
+        let mut force = scene.external_force();
         if let Some(drive) = &moving.drive {
             drive.add_forces(true, moved, force.to_mut());
             drive.add_forces(false, moved, force.to_mut());
         }
         sample.external.push(power(&force));
         sample.circulatory.push(circulatory_force(scene, q).map_or(0.0, |force| power(&force)));
-        sample.damping.extend(&damping_powers(scene, u)[..groups]);
+        sample.damping.extend(&damping_powers(scene, q, u)[..groups]);
         for contact in contact_powers(forces, moving, moved, velocities, u) {
             sample.contact.push(contact.structure);
             sample.slider.push(contact.slider);

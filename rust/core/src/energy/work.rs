@@ -190,7 +190,7 @@ impl<'a> Walk<'a> {
 
     /// The force F with the switched loads that hold where the cursor stands.
     fn constant_force(&self) -> Vec<f64> {
-        let mut force = self.scene.force.clone();
+        let mut force = self.scene.external_force().into_owned();
         if let Some(drive) = &self.moving.drive {
             drive.add_forces(false, &self.cursor.q, &mut force);
         }
@@ -275,7 +275,7 @@ impl<'a> Walk<'a> {
                 self.oscillating = added(self.oscillating, weight * f * u);
             }
         }
-        for (sum, power) in damping.iter_mut().zip(damping_powers(self.scene, u)) {
+        for (sum, power) in damping.iter_mut().zip(damping_powers(self.scene, q, u)) {
             *sum = added(*sum, weight * power);
         }
         if let Some(matrix) = antisymmetric(self.scene) {

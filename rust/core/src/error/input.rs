@@ -19,6 +19,31 @@ pub enum Error {
         /// What was given, in the form of `expected`.
         got: String,
     },
+    /// Springs or dampers in a scene in which they are not computed.
+    #[error("elements: springs and dampers are not computed beside {reason}")]
+    Elements {
+        /// What stands beside them, and the remedy.
+        reason: &'static str,
+    },
+    /// A state in which the law of an element has no value.
+    #[error(
+        "state: element {element} has no finite force and slope there; start where its law is defined and smooth"
+    )]
+    UndefinedElement { element: usize },
+    /// A question whose answer needs the place at rest, which a sticking contact leaves open.
+    #[error(
+        "combination {combination:?}: the slope of springs depends on the place at rest, which contact {stuck} leaves open: it sticks to a slider without a speed; ask for a combination in which it slides or is open"
+    )]
+    PlaceAtRest {
+        /// The contact that sticks.
+        stuck: usize,
+        combination: String,
+    },
+    /// Newton's method has not found where the structure rests.
+    #[error(
+        "combination {combination:?}: no state of rest with these springs was found, by Newton's method from the linear one; check their laws, or follow the rest from softer springs"
+    )]
+    NoRest { combination: String },
     /// The local method cannot compute the motion of this scene.
     #[error("method: 'local' does not work here: {reason}; use 'auto'")]
     NotLocal {
@@ -227,6 +252,15 @@ pub enum Error {
         combination: String,
         /// The contact with the law.
         contact: usize,
+    },
+    /// Modes are asked for where an element is not linear.
+    #[error(
+        "method 'modal': combination {combination:?} has no modes of finite motion, as element {element} is not linear; use 'auto' or 'taylor'"
+    )]
+    NonlinearElement {
+        combination: String,
+        /// The spring or damper.
+        element: usize,
     },
     /// The motion depends on a split of contact forces that nothing determines, as friction depends on slip speed.
     #[error(

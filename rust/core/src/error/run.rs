@@ -51,6 +51,11 @@ pub enum LawEnd {
         "its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"
     )]
     Unresolved,
+    /// A formula has no finite value and slope there.
+    #[error(
+        "its formula has no finite value, slope or bound at what it has come to; state a law that is smooth there, or a table"
+    )]
+    Undefined,
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.
@@ -70,6 +75,14 @@ pub enum RunFailure {
         /// Time up to which the motion is known, s.
         time: f64,
         /// What ends it.
+        end: LawEnd,
+    },
+    /// The law of a spring or a damper ends.
+    #[error("element {element} at t = {time} s: {end}")]
+    Element {
+        /// Index of the element.
+        element: usize,
+        time: f64,
         end: LawEnd,
     },
     /// After an event a closed contact can neither stick nor slide.
@@ -153,6 +166,7 @@ impl RunFailure {
                 contacts.as_mut_slice()
             }
             Self::Input(_)
+            | Self::Element { .. }
             | Self::TooManyEvents { .. }
             | Self::Memory { .. }
             | Self::Recorded(_)

@@ -11,6 +11,7 @@ use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
 use crate::modes::spectrum::modes_of_motion;
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_contact::LawOf;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
@@ -106,15 +107,21 @@ impl CombinationBasis {
             };
             Ok((Propagator::Taylor(Box::new(operator)), left))
         };
-        let by_law = scene.sliding_by_law(combination).next();
+        let law =
+            scene.sliding_by_law(combination).next().map(|(contact, _)| LawOf::Contact(contact));
+        let element = || scene.nonlinear_elements().next().map(|(place, _)| LawOf::Element(place));
+        let by_law = law.or_else(element);
         let large = || {
             let largest = largest(scene);
             scene.size > largest && scene.free(combination) > largest
         };
-        let (propagator, left) = if let Some((contact, _)) = by_law {
+        let (propagator, left) = if let Some(of) = by_law {
             if wanted == Wanted::Modes {
                 let combination = combination.to_string();
-                return Err(Error::NonlinearPhase { combination, contact });
+                return Err(match of {
+                    LawOf::Contact(contact) => Error::NonlinearPhase { combination, contact },
+                    LawOf::Element(element) => Error::NonlinearElement { combination, element },
+                });
             }
             let left = left();
             let scene = left.as_deref().unwrap_or(scene);

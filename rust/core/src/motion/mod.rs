@@ -15,6 +15,6 @@ pub(crate) mod taylor;
 #[cfg(test)]
 mod true_errors;
 
-pub use friction::series::law_series::law_derivatives;
+pub use friction::series::law_series::{elements_at_rest, law_derivatives};
 pub use method::Method;
 pub use propagators::Propagators;

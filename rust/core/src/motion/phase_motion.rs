@@ -8,6 +8,7 @@ use crate::error::run::LawEnd;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_contact::LawOf;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;
@@ -228,8 +229,8 @@ impl CoupledMotion<'_> {
         !matches!(self.kind, Kind::Law(..))
     }
 
-    /// The contact whose law of friction does not hold from here on, and why.
-    pub fn exhausted(&self) -> Option<(usize, LawEnd)> {
+    /// Whose law does not hold from here on, and why.
+    pub fn exhausted(&self) -> Option<(LawOf, LawEnd)> {
         match &self.kind {
             Kind::Law(motion, operator) => motion.exhausted(operator),
             _ => None,

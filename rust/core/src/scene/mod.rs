@@ -4,6 +4,7 @@ pub(crate) mod chain;
 pub(crate) mod contact_law;
 pub(crate) mod coordinates;
 pub(crate) mod dependent;
+pub(crate) mod elements;
 pub(crate) mod equation_of_motion;
 pub(crate) mod friction;
 pub(crate) mod inertia;
@@ -19,6 +20,7 @@ pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
+pub use elements::element::{ElementInput, ElementKind};
 pub use friction::decay::Decay;
 pub use friction::formula::{Formula, GivenOperation};
 pub use friction::law::{FrictionLaw, Table};

@@ -8,6 +8,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, ContactInput, Directions};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
+use crate::scene::elements::element::Element;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
@@ -42,6 +43,9 @@ pub struct Scene {
     pub(crate) contacts: Vec<Contact>,
     /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
     pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
+    /// Springs and dampers that are no linear terms, and what all elements add to `force`.
+    pub(crate) elements: Option<Arc<[Element]>>,
+    pub(crate) preload: Option<Arc<[f64]>>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
@@ -172,6 +176,8 @@ impl Scene {
             dependents,
             contacts,
             laws: None,
+            elements: None,
+            preload: None,
             impact_friction: stated.impact_friction,
             coordinates,
             mass,

@@ -38,8 +38,11 @@ impl Block {
     }
 }
 
-/// The blocks of a scene; none if all of it is coupled.
+/// The blocks of a scene; none if all of it is coupled, or if it has elements of its own.
 pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
+    if scene.has_elements() {
+        return Vec::new();
+    }
     let mut partner: Vec<Vec<usize>> = vec![Vec::new(); scene.size];
     for contact in &scene.contacts {
         partner[contact.tangential].push(contact.normal);
@@ -129,6 +132,8 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     };
     let part = Scene {
         laws: scene.laws.as_ref().map(friction),
+        elements: None,
+        preload: None,
         dependents: SlavedCoordinates::new(dependents.collect()),
         size: coordinates.len(),
         dofs,

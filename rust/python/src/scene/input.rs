@@ -85,26 +85,48 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
         .collect()
 }
 
-/// How friction depends on slip speed, by contact.
-pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> {
-    let decay = |kind: &str| core::scene::Decay::NAMES.iter().find(|(name, _)| *name == kind);
-    let law = |(kind, numbers, pieces, operations): &LawData| {
-        Ok(match (decay(kind), &numbers[..]) {
-            _ if kind == "formula" => core::scene::FrictionLaw::formula(operations)?,
-            (Some(&(_, decay)), &[at_rest, kinetic, speed, ref viscous @ ..]) => {
-                let viscous = viscous.first().copied().unwrap_or_default();
-                core::scene::FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
-            }
-            (_, &[at_rest, slope]) if kind == "linear" => {
-                core::scene::FrictionLaw::Linear { at_rest, slope }
-            }
-            (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
-                speeds: speeds.to_vec(),
-                pieces: pieces.clone(),
-            })),
+/// Of a spring or a damper: its kind, its direction by entries, its offset, and its law.
+pub type ElementData = (String, Vec<(usize, f64)>, f64, LawData);
+
+/// Springs and dampers.
+pub fn elements(given: &[ElementData]) -> Result<Vec<core::scene::ElementInput>, core::Error> {
+    let element = |(kind, direction, offset, data): &ElementData| {
+        Ok(core::scene::ElementInput {
+            kind: match &kind[..] {
+                "damper" => core::scene::ElementKind::Damper,
+                _ => core::scene::ElementKind::Spring,
+            },
+            direction: direction.clone(),
+            offset: *offset,
+            law: law(data)?,
         })
     };
+    given.iter().map(element).collect()
+}
+
+/// How friction depends on slip speed, by contact.
+pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> {
     contacts.iter().map(|contact| contact.9.as_ref().map(law).transpose()).collect()
+}
+
+fn law(
+    (kind, numbers, pieces, operations): &LawData,
+) -> Result<core::scene::FrictionLaw, core::Error> {
+    let decay = |kind: &str| core::scene::Decay::NAMES.iter().find(|(name, _)| *name == kind);
+    Ok(match (decay(kind), &numbers[..]) {
+        _ if kind == "formula" => core::scene::FrictionLaw::formula(operations)?,
+        (Some(&(_, decay)), &[at_rest, kinetic, speed, ref viscous @ ..]) => {
+            let viscous = viscous.first().copied().unwrap_or_default();
+            core::scene::FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay }
+        }
+        (_, &[at_rest, slope]) if kind == "linear" => {
+            core::scene::FrictionLaw::Linear { at_rest, slope }
+        }
+        (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
+            speeds: speeds.to_vec(),
+            pieces: pieces.clone(),
+        })),
+    })
 }
 
 type Entries = Vec<(usize, f64)>;

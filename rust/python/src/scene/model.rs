@@ -13,7 +13,8 @@ use crate::errors::raise;
 use crate::interrupt::{computed, detached};
 use crate::modes::{self, Reduced};
 use crate::scene::input::{
-    ContactData, DampingInput, Laws, LoadData, MassInput, contact_inputs, friction_laws, loads,
+    ContactData, DampingInput, ElementData, LoadData, MassInput, contact_inputs, elements,
+    friction_laws, loads,
 };
 
 /// The combination of a state, with the friction forces that its compliant contacts hold.
@@ -26,27 +27,43 @@ pub enum StatusInput {
 /// Position, combination and normal forces.
 type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArray1<f64>>);
 
+/// What makes a scene nonlinear within a phase.
+struct Nonlinear {
+    laws: Vec<Option<core::scene::FrictionLaw>>,
+    elements: Vec<core::scene::ElementInput>,
+}
+
+impl Nonlinear {
+    fn new(contacts: &[ContactData<'_>], elements: &[ElementData]) -> Result<Self, core::Error> {
+        Ok(Self { laws: friction_laws(contacts)?, elements: self::elements(elements)? })
+    }
+
+    fn beside(&self, scene: core::Scene) -> Result<core::Scene, core::Error> {
+        scene.with_friction_laws(self.laws.clone())?.with_elements(&self.elements)
+    }
+}
+
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
     /// In coordinates for rest and modes alone, where a scene has them.
     sparse: Option<Arc<core::Scene>>,
     propagators: OnceLock<Arc<core::Propagators>>,
     pub input: core::SceneInput,
-    laws: Laws,
+    nonlinear: Nonlinear,
 }
 
 impl Scene {
     fn build(
         py: Python<'_>,
         input: core::SceneInput,
-        laws: Result<Laws, core::Error>,
+        nonlinear: Result<Nonlinear, core::Error>,
     ) -> PyResult<Self> {
-        let laws = laws.map_err(|error| raise(py, &error))?;
+        let nonlinear = nonlinear.map_err(|error| raise(py, &error))?;
         let sparse = computed(py, || match core::Scene::in_sparse_coordinates(&input)? {
-            Some(scene) => scene.with_friction_laws(laws.clone()).map(Arc::new).map(Some),
+            Some(scene) => nonlinear.beside(scene).map(Arc::new).map(Some),
             None => Ok(None),
         })?;
-        let scene = Self { sparse, propagators: OnceLock::new(), input, laws };
+        let scene = Self { sparse, propagators: OnceLock::new(), input, nonlinear };
         if scene.sparse.is_none() {
             scene.propagators(py)?;
         }
@@ -58,10 +75,7 @@ impl Scene {
         if let Some(known) = self.propagators.get() {
             return Ok(known);
         }
-        let scene = computed(py, || {
-            let scene = core::Scene::new(self.input.clone())?;
-            scene.with_friction_laws(self.laws.clone())
-        })?;
+        let scene = computed(py, || self.nonlinear.beside(core::Scene::new(self.input.clone())?))?;
         Ok(self.propagators.get_or_init(|| Arc::new(core::Propagators::new(Arc::new(scene)))))
     }
 
@@ -111,9 +125,10 @@ impl Scene {
         stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
         damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
         force: (PyReadonlyArray1<'_, f64>, LoadData),
-        contacts: Vec<ContactData<'_>>,
+        contacts: (Vec<ContactData<'_>>, Vec<ElementData>),
         impact_friction: bool,
     ) -> PyResult<Self> {
+        let (contacts, elements) = contacts;
         let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
         let (force, loads) = force;
         let mass = match mass {
@@ -147,22 +162,23 @@ impl Scene {
             impact_friction,
             loads: self::loads(loads),
         };
-        Self::build(py, input, friction_laws(&contacts))
+        Self::build(py, input, Nonlinear::new(&contacts, &elements))
     }
 
-    /// The same system with other contacts and loads in time.
+    /// The same system with other contacts, elements and loads in time.
     fn with_contacts(
         &self,
         py: Python<'_>,
-        contacts: Vec<ContactData<'_>>,
+        contacts: (Vec<ContactData<'_>>, Vec<ElementData>),
         loads: LoadData,
     ) -> PyResult<Self> {
+        let (contacts, elements) = contacts;
         let input = core::SceneInput {
             contacts: contact_inputs(&contacts),
             loads: self::loads(loads),
             ..self.input.clone()
         };
-        Self::build(py, input, friction_laws(&contacts))
+        Self::build(py, input, Nonlinear::new(&contacts, &elements))
     }
 
     #[getter]
@@ -174,6 +190,19 @@ impl Scene {
     #[getter]
     fn has_friction_laws(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.resting(py)?.has_friction_laws())
+    }
+
+    /// Whether the scene has springs or dampers that are no entries of its matrices.
+    #[getter]
+    fn has_elements(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.resting(py)?.has_elements())
+    }
+
+    /// By element, at rest in a combination: its stretch or rate, its force there and the first three derivatives of the force.
+    fn elements_at_rest(&self, py: Python<'_>, combination: &str) -> PyResult<Vec<[f64; 5]>> {
+        let combination = self.combination(py, combination)?;
+        let scene = self.resting(py)?;
+        computed(py, || core::motion::elements_at_rest(scene, &combination))
     }
 
     /// Whether some dofs or compliant contacts have no mass.

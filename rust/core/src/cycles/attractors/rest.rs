@@ -18,14 +18,13 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use crate::contact::contact_forces::{
-    contact_forces, contact_forces_in, friction_response, reaction,
-};
+use crate::contact::contact_forces::{contact_forces, contact_forces_in, reaction, response};
 use crate::contact::event_function::{event_functions, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
+use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
@@ -34,12 +33,32 @@ use crate::scene::status::{Combination, Status};
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
 
+/// Steps of Newton's method to where elements let the motion rest, and the change of places that ends them.
+const STEPS: usize = 60;
+const NEAR: f64 = 1e-12;
 /// Number of times that a box is made larger.
 const TRIALS: usize = 20;
 
 /// Whether loads oscillate.
 pub(super) fn is_forced(run: &Trajectory) -> bool {
     run.scene().drive.as_ref().is_some_and(|drive| !drive.oscillators.is_empty())
+}
+
+/// Where a combination rests whose sticking contacts are in their places of `q`, and its matrices.
+fn place_at_rest(
+    scene: &Scene,
+    combination: &Combination,
+    q: &[f64],
+) -> Option<(Vec<f64>, Reduced)> {
+    let reduced = Reduced::new(scene, combination).ok()?;
+    let mut force = reduced.force_constant.clone();
+    for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
+        force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);
+    }
+    let mut rest = q.to_vec();
+    let solved = solve(reduced.stiffness.clone(), &force);
+    reduced.reduction.kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
+    Some((rest, reduced))
 }
 
 /// Whether no event can follow.
@@ -62,21 +81,31 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         return false;
     }
     let flows = moving.creeping(combination).next().is_some();
-    let scene = &*moving.at_steady_sliding();
-    let Ok(reduced) = Reduced::new(scene, combination) else { return false };
     let mut cursor = Cursor::new(run);
     if cursor.seek("time", run.end).is_err() {
         return false;
     }
     let (q, u) = (cursor.q, cursor.u);
-    let mut force = reduced.force_constant.clone();
-    for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
-        force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);
+    // Where the motion would rest if elements were linear about where it is, and so on.
+    let mut about = q.clone();
+    for _ in 0..STEPS {
+        if moving.nonlinear_elements().next().is_none() {
+            break;
+        }
+        let linear = moving.linear_about(&about);
+        let Some((rest, _)) = place_at_rest(&linear.at_steady_sliding(), combination, &q) else {
+            return false;
+        };
+        let moved = about.iter().zip(&rest).fold(0.0, |size: f64, (a, b)| size.max((b - a).abs()));
+        let size = rest.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        about = rest;
+        if !(moved > NEAR * size) {
+            break;
+        }
     }
-    let mut rest = q.clone();
-    let solved = solve(reduced.stiffness.clone(), &force);
-    let kept = &reduced.reduction.kept;
-    kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
+    let linear = &*moving.linear_about(&about);
+    let scene = &*linear.at_steady_sliding();
+    let Some((mut rest, reduced)) = place_at_rest(scene, combination, &q) else { return false };
     let mut still = vec![0.0; scene.size];
     // About rest the places of slip without mass follow from the others.
     let condensed = if flows { Condensed::new(scene, combination) } else { Ok(None) };
@@ -92,7 +121,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     .iter()
     .map(|force| force.0)
     .collect();
-    let Ok(modes) = Modes::new(&moving.bare().about(combination, &pressed), combination) else {
+    let Ok(modes) = Modes::new(&linear.bare().about(combination, &pressed), combination) else {
         return false;
     };
     if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
@@ -108,15 +137,15 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         (_, Some(fitted)) => functional.pulled_back(&fitted.dependents),
         _ => functional,
     };
-    let laws = Laws::new(moving, scene, combination, reduced, &modes, &pressed, &over_own);
+    let laws = Laws::new(moving, scene, combination, reduced, &modes, [&pressed, &rest], &over_own);
     let Some((z, beyond)) = laws.kept_within(&modes, z) else { return false };
     let functions = match laws.contacts.is_empty() || flows {
         true => Ok(basis.functions.clone()),
-        false => event_functions(&moving.about(combination, &pressed), combination),
+        false => event_functions(&linear.about(combination, &pressed), combination),
     }
     .map(|mut functions| {
         if !laws.contacts.is_empty() {
-            functions.extend(exhaustions(moving, combination));
+            functions.extend(exhaustions(linear, combination));
         }
         functions
     });
@@ -145,7 +174,7 @@ fn reach(functional: &Functional, reduced: &Reduced, modes: &Modes, z: &[f64]) -
         .sum()
 }
 
-/// The contacts that slide by a law about the equilibrium.
+/// The contacts that slide by a law about the equilibrium, and the elements of the scene.
 struct Laws<'a> {
     contacts: Vec<Law<'a>>,
     reduced: &'a Reduced,
@@ -164,6 +193,8 @@ struct Law<'a> {
     /// Where slip has no mass: how fast it slips per newton, and the slip speed at which the law levels off.
     yields: f64,
     until: f64,
+    /// Whether it is an element: its argument stands for the slip speed, its normal force is 1.
+    element: bool,
 }
 
 impl<'a> Laws<'a> {
@@ -173,21 +204,24 @@ impl<'a> Laws<'a> {
         combination: &'a Combination,
         reduced: &'a Reduced,
         modes: &Modes,
-        pressed: &[f64],
+        [pressed, rest]: [&[f64]; 2],
         over_own: &dyn Fn(Functional) -> Functional,
     ) -> Self {
         let forces = steady.contacts_coupled().then(|| contact_forces(steady, combination));
         let own = reduced.scene(steady);
-        let contacts = moving.sliding_by_law(combination).map(|(contact, law)| {
-            let sliding = &steady.contacts[contact];
+        let driven = |terms: &[(usize, f64)]| -> Vec<f64> {
             let mut along = vec![0.0; steady.size];
-            own.terms_of(sliding.tangential).iter().for_each(|&(k, weight)| along[k] = weight);
+            terms.iter().for_each(|&(k, weight)| along[k] += weight);
             let along = reduced.reduction.force(&along);
-            let drive = (0..modes.eigenvalues.len()).map(|r| {
+            let drive = |r: usize| {
                 let left = &modes.left[along.len() * r..along.len() * (r + 1)];
                 let sum: Complex64 = left.iter().zip(&along).map(|(l, f)| l * f).sum();
                 (sum / modes.a[r]).norm()
-            });
+            };
+            (0..modes.eigenvalues.len()).map(drive).collect()
+        };
+        let contacts = moving.sliding_by_law(combination).map(|(contact, law)| {
+            let sliding = &steady.contacts[contact];
             let normal = match &forces {
                 Some(forces) => forces[contact].1.clone(),
                 None => reaction(steady, sliding.normal),
@@ -206,18 +240,38 @@ impl<'a> Laws<'a> {
                 pressed: pressed[contact].abs(),
                 slip: over_own(slip_velocity(steady, contact)),
                 normal: over_own(normal),
-                drive: drive.collect(),
+                drive: driven(&own.terms_of(sliding.tangential)),
                 yields,
                 until,
+                element: false,
             }
         });
-        let contacts: Vec<Law<'a>> = contacts.collect();
+        let still = vec![0.0; steady.size];
+        let elements = moving.nonlinear_elements().map(|(_, one)| {
+            let mut slip = Functional { constant: -one.offset, ..Functional::default() };
+            match one.kind {
+                ElementKind::Spring => slip.position.clone_from(&one.direction),
+                ElementKind::Damper => slip.velocity.clone_from(&one.direction),
+            }
+            Law {
+                law: &one.excess,
+                speed: one.argument(rest, &still),
+                pressed: 1.0,
+                slip,
+                normal: Functional::default(),
+                drive: driven(&one.direction),
+                yields: 0.0,
+                until: f64::INFINITY,
+                element: true,
+            }
+        });
+        let contacts: Vec<Law<'a>> = contacts.chain(elements).collect();
         let sum = |all: DMatrix<f64>| {
             all.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
         };
         let response = match contacts.is_empty() {
             true => 0.0,
-            false => friction_response(steady, combination).map_or(0.0, sum),
+            false => response(moving, combination).map_or(0.0, sum),
         };
         Self { contacts, reduced, response }
     }
@@ -258,17 +312,25 @@ impl<'a> Laws<'a> {
             .iter()
             .zip(&slips)
             .map(|(one, &slip)| {
-                (slip < one.speed).then(|| one.law.steepness(one.speed - slip, one.speed + slip))
+                let (from, to) = (one.speed - slip, one.speed + slip);
+                let holds = if one.element { one.is_smooth(from, to) } else { slip < one.speed };
+                holds.then(|| one.law.steepness(from, to))
             })
             .collect::<Option<_>>()?;
         let pushed = self.contacts.iter().zip(slips.iter().zip(&steepness));
-        let pushed: f64 = pushed.map(|(one, (slip, [slope, _]))| slope * slip * one.pressed).sum();
-        let moved = slips.iter().zip(&steepness).map(|(slip, [slope, _])| slope * slip);
+        let pushed = pushed.map(|(one, (slip, [slope, curvature]))| match one.element {
+            true => 0.5 * curvature * slip * slip,
+            false => slope * slip * one.pressed,
+        });
+        let pushed: f64 = pushed.sum();
+        let laws = self.contacts.iter().zip(slips.iter().zip(&steepness));
+        let laws = laws.filter(|(one, _)| !one.element);
+        let moved = laws.map(|(_, (slip, [slope, _]))| slope * slip);
         let gain = 1.0 - self.response * moved.sum::<f64>();
         let all = self.contacts.iter().zip(slips.iter().zip(&steepness));
         let rests = all.map(|(one, (slip, [slope, curvature]))| {
             let given = reach(&one.normal, self.reduced, modes, z);
-            let pressed = (given + self.response * pushed) / gain;
+            let pressed = if one.element { 0.0 } else { (given + self.response * pushed) / gain };
             0.5 * curvature * slip * slip * one.pressed + slope * slip * pressed
         });
         (gain > 0.0).then(|| rests.collect())
@@ -276,6 +338,14 @@ impl<'a> Laws<'a> {
 }
 
 impl Law<'_> {
+    /// Whether the law of an element has one curvature everywhere between two arguments.
+    fn is_smooth(&self, from: f64, to: f64) -> bool {
+        match self.law {
+            FrictionLaw::Tabulated(table) => table.piece(from) == table.piece(to),
+            _ => true,
+        }
+    }
+
     /// A bound of the deviation of the slip speed, from that of the modes and from that of the normal force.
     fn slip_within(&self, of_modes: f64, of_normal: &dyn Fn() -> f64) -> Option<f64> {
         if self.yields == 0.0 {

@@ -40,8 +40,13 @@ impl<'a> Turns<'a> {
     fn new(run: &'a Trajectory, phase: usize, search: SearchLimits<'a>) -> Option<Self> {
         let scene = run.scene();
         let combination = run.combination_of(phase);
-        let contacts: Vec<usize> =
-            scene.sliding_by_law(&combination).map(|(contact, _)| contact).collect();
+        // A motion that elements keep within bounds turns at every contact that slides.
+        let bounded = scene.nonlinear_elements().next().is_some();
+        let statuses = combination.statuses().iter().enumerate();
+        let contacts: Vec<usize> = match bounded {
+            true => statuses.filter(|(_, s)| s.is_sliding()).map(|(contact, _)| contact).collect(),
+            false => scene.sliding_by_law(&combination).map(|(contact, _)| contact).collect(),
+        };
         if contacts.is_empty() {
             return None;
         }

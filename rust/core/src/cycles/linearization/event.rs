@@ -1,10 +1,10 @@
 //! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
 //! of friction over slip speed add if mass couples contacts.
 
-use crate::contact::contact_forces::friction_response;
+use crate::contact::contact_forces::response;
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
-use crate::contact::linear_friction::friction_dampers;
+use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -20,12 +20,13 @@ pub(crate) struct EventValue {
 impl EventValue {
     pub fn new(scene: &Scene, combination: &Combination, function: EventFunction) -> Self {
         let mut friction = Vec::new();
-        if scene.sliding_by_law(combination).next().is_some()
-            && friction_dampers(scene, combination).is_none()
-            && let Some(response) = friction_response(scene, combination)
+        let phase = of_phase(scene, combination);
+        let by_law = phase.sliding_by_law(combination).next().is_some();
+        if (by_law || phase.nonlinear_elements().next().is_some())
+            && let Some(response) = response(&phase, combination)
         {
-            let sources = scene.sliding_by_law(combination);
-            friction.extend(sources.map(|(source, _)| function.response(&response, source)));
+            friction
+                .extend((0..response.ncols()).map(|source| function.response(&response, source)));
         }
         Self { functional: function.functional, friction }
     }

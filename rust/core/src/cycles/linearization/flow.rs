@@ -65,7 +65,8 @@ impl<'a> Flow<'a> {
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
         let linear = of_phase(scene, &basis.combination);
-        let by_law = linear.sliding_by_law(&basis.combination).next().is_some();
+        let by_law = linear.sliding_by_law(&basis.combination).next().is_some()
+            || linear.nonlinear_elements().next().is_some();
         let basis = match &basis.propagator {
             // Neighbours are carried in one piece.
             Propagator::Blocks(_) if by_law => {

@@ -126,7 +126,8 @@ impl Kernel for Bound<'_> {
             moved = gain * (moved + response * by_slip.fold(0.0, f64::max));
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
-        let apart = scene.coupled_mass.is_none() && operator.response.is_none();
+        let of_contacts = operator.contacts.iter().all(|one| !one.is_element());
+        let apart = scene.coupled_mass.is_none() && operator.response.is_none() && of_contacts;
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let (mut flowing, mut follows) = (0.0, true);
@@ -136,12 +137,22 @@ impl Kernel for Bound<'_> {
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
             let of_normal = match operator.taylor.dense {
+                Some(_) if one.is_element() => 0.0,
                 Some(_) => taylor.products.sizes(place)[0],
                 None => size_of(&one.normal, sizes),
             };
             let size = sliding.at_origin_size + of_normal;
             let terms = in_product as f64 * pressed + in_row * size;
-            let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
+            // The argument of an element is a sum of displacements.
+            let of_slip = match one.is_element() {
+                true => {
+                    law.slope * (one.slip.position.len() + 2) as f64 * sliding.slip_at_origin[1]
+                }
+                false => 0.0,
+            };
+            let round = UNIT * (terms * excess + of_slip * pressed)
+                + law.rounding * pressed
+                + largest * unsharp;
             if let Some(flow) = &one.flow {
                 let of = |at_origin: f64, sum: &Functional| at_origin + size_of(sum, sizes);
                 let of_friction = of(sliding.friction_at_origin[1], &flow.friction);

@@ -11,7 +11,7 @@ use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::series::coefficients::{UNIT, scale, size};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
-use crate::motion::friction::series::law_contact::Flow;
+use crate::motion::friction::series::law_contact::{Flow, LawOf};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::panel::Panel;
@@ -49,6 +49,8 @@ pub(super) struct Sliding {
     pub(super) at_origin: f64,
     /// Sum of the absolute values of its terms.
     pub(super) at_origin_size: f64,
+    /// The slip velocity, or the argument of an element, at the origin at rest, and the sum of the absolute values of its terms.
+    pub(super) slip_at_origin: [f64; 2],
     /// Where slip has no mass: what displacements add to R in the order beyond, and R at the origin at rest as for N.
     pub(super) friction_beyond: f64,
     pub(super) friction_at_origin: [f64; 2],
@@ -200,7 +202,7 @@ impl LawMotion {
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
-            if one.law.value(speed) < 0.0 {
+            if !one.is_element() && one.law.value(speed) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;
@@ -209,6 +211,11 @@ impl LawMotion {
             let Functional { position, constant, .. } = &one.normal;
             sliding.at_origin = position.iter().fold(*constant, of_origin);
             sliding.at_origin_size = position.iter().fold(constant.abs(), size);
+            let Functional { position, constant, .. } = &one.slip;
+            sliding.slip_at_origin = [
+                position.iter().fold(*constant, of_origin),
+                position.iter().fold(constant.abs(), size),
+            ];
             if let Some(Flow { friction: Functional { position, constant, .. }, .. }) = &one.flow {
                 sliding.friction_at_origin = [
                     position.iter().fold(*constant, of_origin),
@@ -234,9 +241,9 @@ impl LawMotion {
         self.taylor.end()
     }
 
-    /// The contact whose law does not hold from here on, and why.
-    pub fn exhausted(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
-        self.ended.map(|(place, end)| (operator.contacts[place].contact, end))
+    /// Whose law does not hold from here on, and why.
+    pub fn exhausted(&self, operator: &LawOperator) -> Option<(LawOf, LawEnd)> {
+        self.ended.map(|(place, end)| (operator.contacts[place].of, end))
     }
 
     /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
@@ -291,6 +298,7 @@ impl LawMotion {
         }
         if !self.left_out.is_finite() {
             self.ended = self.ended.or_else(|| self.end_of_flow(operator));
+            self.ended = self.ended.or_else(|| self.undefined(operator, scale));
         }
         self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
         self.share = GROWTH * self.taylor.width / operator.taylor.width();

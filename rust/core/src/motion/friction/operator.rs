@@ -5,14 +5,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::contact_forces::{contact_forces, free_forces, friction_response, reaction};
+use crate::contact::contact_forces::{contact_forces, free_forces, reaction, response};
 use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
-use crate::motion::friction::series::law_contact::{Flow, LawContact};
+use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
+use crate::scene::elements::element::ElementKind;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -66,20 +67,26 @@ impl LawOperator {
             false => functional.pulled_back(&own.dependents),
         };
         let reduction = &taylor.equation.reduction;
-        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
+        // `L' d` over the kept coordinates, and the norm of the acceleration that a newton along d causes.
+        let driven = |terms: &[(usize, f64)]| {
             let mut along = vec![0.0; own.size];
-            let tangential = scene.contacts[contact].tangential;
-            own.terms_of(tangential).iter().for_each(|&(k, weight)| along[k] = weight);
+            terms.iter().for_each(|&(k, weight)| along[k] += weight);
             let row = |i: usize| reduction.sources(i).map(|(k, factor)| factor * along[k]).sum();
             let rows = reduction.kept.iter().enumerate().map(|(i, &k)| (k, row(i)));
-            let direction = rows.filter(|entry: &(usize, f64)| entry.1 != 0.0).collect();
+            let direction: Vec<(usize, f64)> =
+                rows.filter(|entry: &(usize, f64)| entry.1 != 0.0).collect();
+            let mut acceleration = vec![0.0; own.size];
+            taylor.equation.accelerate(&mut along, &mut acceleration);
+            (direction, taylor.norm_of_velocity(own, &acceleration))
+        };
+        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
+            let tangential = scene.contacts[contact].tangential;
+            let (direction, force_norm) = driven(&own.terms_of(tangential));
             let slip = over_own(slip_velocity(scene, contact));
             let normal = over_own(match &forces {
                 Some(forces) => forces[contact].1.clone(),
                 None => reaction(scene, scene.contacts[contact].normal),
             });
-            let mut acceleration = vec![0.0; own.size];
-            taylor.equation.accelerate(&mut along, &mut acceleration);
             let sign = combination.statuses()[contact].friction_sign();
             let flow = scene.creeps(contact).then(|| {
                 let friction = reaction(scene, tangential).scaled(sign);
@@ -93,14 +100,14 @@ impl LawOperator {
                 }
             });
             LawContact {
-                contact,
+                of: LawOf::Contact(contact),
                 law: law.clone(),
                 sign,
                 flow,
                 direction,
                 slip_norm: taylor.dual_norm(own, &slip),
                 normal_norm: taylor.dual_norm(own, &normal),
-                force_norm: taylor.norm_of_velocity(own, &acceleration),
+                force_norm,
                 single: match slip.single() {
                     Some((1, place, weight)) => Some((place, -sign * weight)),
                     _ => None,
@@ -109,18 +116,43 @@ impl LawOperator {
                 normal,
             }
         });
-        let contacts: Vec<LawContact> = contacts.collect();
+        let elements = scene.nonlinear_elements().map(|(place, one)| {
+            let (direction, force_norm) = driven(&one.direction);
+            let mut slip = Functional { constant: -one.offset, ..Functional::default() };
+            match one.kind {
+                ElementKind::Spring => slip.position.clone_from(&one.direction),
+                ElementKind::Damper => slip.velocity.clone_from(&one.direction),
+            }
+            LawContact {
+                of: LawOf::Element(place),
+                law: one.excess.clone(),
+                sign: -1.0,
+                flow: None,
+                direction,
+                slip_norm: taylor.dual_norm(own, &slip),
+                normal_norm: 0.0,
+                force_norm,
+                single: match slip.single() {
+                    Some((1, place, weight)) => Some((place, weight)),
+                    _ => None,
+                },
+                slip,
+                normal: Functional { constant: 1.0, ..Functional::default() },
+            }
+        });
+        let contacts: Vec<LawContact> = contacts.chain(elements).collect();
         if let Some(contact) =
             free_forces(scene, combination).and_then(|free| moved_by(&free, &contacts))
         {
             return Err(Error::UndeterminedFrictionLaw { contact });
         }
-        let response = friction_response(scene, combination).map(|all| Response {
-            normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| {
-                all[(2 * contacts[i].contact + 1, contacts[j].contact)]
+        let response = response(scene, combination).map(|all| Response {
+            normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| match contacts[i].of {
+                LawOf::Contact(contact) => all[(2 * contact + 1, j)],
+                LawOf::Element(_) => 0.0,
             }),
             functions: DMatrix::from_fn(functions.len(), contacts.len(), |i, j| {
-                functions[i].response(&all, contacts[j].contact)
+                functions[i].response(&all, j)
             }),
         });
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
@@ -232,7 +264,9 @@ fn outputs<'a>(
     contacts: &'a [LawContact],
     functions: &'a [EventFunction],
 ) -> (Vec<&'a Functional>, Vec<Source>) {
-    let mut functionals: Vec<&Functional> = contacts.iter().map(|one| &one.normal).collect();
+    // The normal force of an element is 1.
+    let laws = contacts.iter().filter(|one| !one.is_element());
+    let mut functionals: Vec<&Functional> = laws.map(|one| &one.normal).collect();
     let mut source = |EventFunction { functional, .. }: &'a EventFunction| {
         let is_slip = |one: &LawContact| one.slip.scaled(-one.sign) == *functional;
         let known = functionals.iter().position(|&known| known == functional);
@@ -256,10 +290,14 @@ fn outputs<'a>(
 /// that slip alike by the same law share their factor and t: z moves nothing if its sum over each such group is zero, as it is
 /// under a rigid pad.
 fn moved_by(free: &DMatrix<f64>, contacts: &[LawContact]) -> Option<usize> {
-    let moves = |one: &&LawContact| {
+    let contact_of = |one: &LawContact| match one.of {
+        LawOf::Contact(contact) => Some(contact),
+        LawOf::Element(_) => None,
+    };
+    let moves = |one: &LawContact| {
         let alike = contacts.iter().filter(|o| o.law == one.law && o.slip.is_equal_to(&one.slip));
-        let rows: Vec<usize> = alike.map(|other| 2 * other.contact + 1).collect();
+        let rows: Vec<usize> = alike.filter_map(contact_of).map(|other| 2 * other + 1).collect();
         free.column_iter().any(|z| rows.iter().map(|&row| z[row]).sum::<f64>().abs() > BALANCED)
     };
-    contacts.iter().find(moves).map(|one| one.contact)
+    contacts.iter().filter(|one| moves(one)).find_map(contact_of)
 }

@@ -48,6 +48,17 @@ impl LawMotion {
         })
     }
 
+    /// An element whose law leaves a panel without a bound, where the state itself is within the range of numbers.
+    pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
+        let mut elements = operator.contacts.iter().zip(&self.contacts);
+        let ends = |(one, sliding): (&LawContact, &Sliding)| {
+            one.is_element()
+                && !(sliding.series.resolution(&one.law) > NARROW * scale * one.slip_norm)
+        };
+        let place = if scale.is_finite() { elements.position(ends) } else { None };
+        place.map(|place| (place, LawEnd::Undefined))
+    }
+
     /// A contact whose law changes over slip speeds that are lost in rounding: beside a motion so large that no panel has a bound;
     /// that pass within the rounding of time; or over which a falling friction drives slip apart that begins from rest.
     pub(super) fn unresolved(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
@@ -68,7 +79,7 @@ impl LawMotion {
                 return true;
             }
             let rounding = AT_BORDER * UNIT * one.slip.constant.abs();
-            if slip > rounding {
+            if slip > rounding || one.is_element() {
                 return false;
             }
             // Slip that begins with S_1 and S_2 is, where it grows by e^(r s), as one of S_1 / r or 2 S_2 / r^2.
@@ -76,7 +87,10 @@ impl LawMotion {
             let r = (fall * width).max(0.0);
             f64::max(first * r, 2.0 * second) < rounding * r * r
         });
-        place.map(|place| (place, LawEnd::Unresolved))
+        place.map(|place| match operator.contacts[place].is_element() {
+            true => (place, LawEnd::Undefined),
+            false => (place, LawEnd::Unresolved),
+        })
     }
 
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
@@ -133,6 +147,7 @@ impl LawMotion {
                         }
                     }
                 }
+                _ if one.is_element() => {}
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;
@@ -169,7 +184,7 @@ impl LawMotion {
 fn at(one: &LawContact, border: f64, scale: f64) -> f64 {
     match one.flow {
         Some(_) => AT_BORDER_OF_FLOW * border,
-        None => AT_BORDER * UNIT * (border + scale * one.slip_norm),
+        None => AT_BORDER * UNIT * (border.abs() + scale * one.slip_norm),
     }
 }
 

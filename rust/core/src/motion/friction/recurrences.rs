@@ -57,7 +57,9 @@ impl Given for ByRows<'_> {
             Some((place, weight)) => weight * u[place],
             None => -one.sign * one.slip.rate(q, u),
         };
-        sliding.step(one, k, [slip, self.outputs[index]], middle, coupled)
+        // Elements come after the contacts, and have no rows.
+        let normal = if one.is_element() { 0.0 } else { self.outputs[index] };
+        sliding.step(one, k, [slip, normal], middle, coupled)
     }
 }
 
@@ -208,9 +210,9 @@ impl Sliding {
         middle: [f64; 2],
         coupled: bool,
     ) -> [[f64; 2]; 2] {
-        let Self { series, normal, force, at_origin, .. } = self;
+        let Self { series, normal, force, at_origin, slip_at_origin, .. } = self;
         if k == 0 {
-            slip -= one.sign * one.slip.constant;
+            slip -= one.sign * slip_at_origin[0];
             of_normal += *at_origin;
         }
         let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);

@@ -229,7 +229,7 @@ pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
 
 /// Whether series of a scene find by themselves what follows, beside its border. Laws of friction bound theirs by other norms.
 pub(crate) fn has_followers(scene: &Scene) -> bool {
-    scene.laws.is_none() && border_of(scene).is_some_and(|border| border.followers.is_some())
+    !scene.is_nonlinear() && border_of(scene).is_some_and(|border| border.followers.is_some())
 }
 
 /// y, `D y` and the active rows: their products with y, and what their coordinates add to the others.

@@ -45,7 +45,7 @@ impl HeldModes {
     /// products, or whose contacts are too many for a border.
     pub fn new(scene: &Scene) -> Option<Self> {
         let (alpha, beta) = scene.proportional?;
-        let is_plain = scene.laws.is_none()
+        let is_plain = !scene.is_nonlinear()
             && scene.energy_parts.is_none()
             && scene.drive.is_none()
             && scene.massless.is_empty()

@@ -284,6 +284,15 @@ impl Formula {
         Ok(Self { operations, rises_until: OnceLock::new() })
     }
 
+    /// The same less `value + slope x`.
+    pub(crate) fn less_line(&self, value: f64, slope: f64) -> Self {
+        let mut builder = Builder { operations: self.operations.clone() };
+        let last = builder.operations.len();
+        let line = builder.affine(0, slope, value);
+        let left = builder.sum(last, line, -1.0);
+        Self { operations: builder.needed(left), rises_until: OnceLock::new() }
+    }
+
     /// Value at 0 and slope, where it is a straight line.
     pub(crate) fn line(&self) -> Option<[f64; 2]> {
         match self.operations[..] {

@@ -51,6 +51,21 @@ const JOINED: f64 = 1e-12;
 /// Halvings after which no interval of numbers is left.
 const STEPS: usize = 200;
 
+/// A number of a law: its name, its value, what it has to be, and whether it is.
+type Check = (&'static str, f64, &'static str, bool);
+
+/// The error of the first number that is not what it has to be.
+fn refused(checks: Vec<Check>, named: impl Fn(&str) -> String) -> Result<(), Error> {
+    match checks.into_iter().find(|&(_, value, _, holds)| !(holds && value.is_finite())) {
+        None => Ok(()),
+        Some((name, value, requirement, _)) => Err(Error::Range {
+            argument: named(name),
+            requirement: if value.is_finite() { requirement } else { "finite" },
+            value,
+        }),
+    }
+}
+
 impl Table {
     /// The slip speed from which on its last piece is level; None if it falls or is level before.
     fn rises_until(&self) -> Option<f64> {
@@ -108,6 +123,21 @@ impl Table {
         gaps.next().map(|(_, speeds)| speeds[1])
     }
 
+    /// What has to hold of every table: its knots ascend, and its pieces join.
+    fn checks(&self) -> Vec<Check> {
+        let ascends = |pair: &[f64]| pair[0] < pair[1];
+        let last = self.speeds.last().copied().unwrap_or(f64::NAN);
+        let whole = self.speeds.len() == self.pieces.len();
+        let mut checks =
+            vec![("speeds", last, "ascending", whole && self.speeds.windows(2).all(ascends))];
+        let coefficients = self.pieces.iter().flatten();
+        checks.extend(coefficients.map(|&c| ("pieces", c, "finite", true)));
+        if let Some(speed) = self.gap().filter(|_| whole) {
+            checks.push(("pieces", speed, "joined at every speed", false));
+        }
+        checks
+    }
+
     /// The piece that holds at a speed; at the border of two the one above it.
     pub fn piece(&self, speed: f64) -> usize {
         self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
@@ -126,9 +156,29 @@ impl FrictionLaw {
         })
     }
 
+    /// The same function less a straight line, from its value and slope at zero.
+    pub(crate) fn less_line(&self, [value, slope]: [f64; 2]) -> Self {
+        match self {
+            Self::Tabulated(table) => {
+                let Table { speeds, pieces } = &**table;
+                let pieces = speeds
+                    .iter()
+                    .zip(pieces)
+                    .map(|(&knot, &[a, b, c, d])| [a - value - slope * knot, b - slope, c, d]);
+                let pieces = pieces.collect();
+                Self::Tabulated(Arc::new(Table { speeds: speeds.clone(), pieces }))
+            }
+            Self::Formula(formula) => Self::Formula(Arc::new(formula.less_line(value, slope))),
+            Self::Linear { at_rest, slope: own } => {
+                Self::Linear { at_rest: at_rest - value, slope: own - slope }
+            }
+            Self::Decaying { .. } => self.clone(),
+        }
+    }
+
     /// Refuses numbers for which mu would be negative or not a function of speed.
     pub(crate) fn validate(&self, contact: usize) -> Result<(), Error> {
-        let checks: Vec<(&str, f64, &'static str, bool)> = match self {
+        let checks: Vec<Check> = match self {
             &Self::Linear { at_rest, slope } => {
                 vec![("mu0", at_rest, ">= 0", at_rest >= 0.0), ("slope", slope, "finite", true)]
             }
@@ -139,21 +189,11 @@ impl FrictionLaw {
                 ("viscous", viscous, ">= 0", viscous >= 0.0),
             ],
             Self::Tabulated(table) => {
-                let ascends = |pair: &[f64]| pair[0] < pair[1];
                 let first = table.speeds.first().copied().unwrap_or(f64::NAN);
-                let last = table.speeds.last().copied().unwrap_or(f64::NAN);
-                let whole = table.speeds.len() == table.pieces.len();
-                let mut checks = vec![
-                    ("speeds", first, "0 at first", first == 0.0),
-                    ("speeds", last, "ascending", whole && table.speeds.windows(2).all(ascends)),
-                ];
+                let mut checks = vec![("speeds", first, "0 at first", first == 0.0)];
                 let values = table.pieces.iter().map(|piece| piece[0]);
                 checks.extend(values.map(|value| ("values", value, ">= 0", value >= 0.0)));
-                let coefficients = table.pieces.iter().flat_map(|piece| &piece[1..]);
-                checks.extend(coefficients.map(|&c| ("pieces", c, "finite", true)));
-                if let Some(speed) = table.gap().filter(|_| whole) {
-                    checks.push(("pieces", speed, "joined at every speed", false));
-                }
+                checks.extend(table.checks());
                 checks
             }
             Self::Formula(formula) => {
@@ -165,14 +205,13 @@ impl FrictionLaw {
                 ]
             }
         };
-        match checks.into_iter().find(|&(_, value, _, holds)| !(holds && value.is_finite())) {
-            None => Ok(()),
-            Some((name, value, requirement, _)) => Err(Error::Range {
-                argument: format!("contact {contact}: friction: {name}"),
-                requirement: if value.is_finite() { requirement } else { "finite" },
-                value,
-            }),
-        }
+        refused(checks, |name| format!("contact {contact}: friction: {name}"))
+    }
+
+    /// Refuses a table that is no function of the argument of an element.
+    pub(crate) fn validate_force(&self, element: usize) -> Result<(), Error> {
+        let Self::Tabulated(table) = self else { return Ok(()) };
+        refused(table.checks(), |name| format!("element {element}: law: {name}"))
     }
 
     /// mu at a slip speed >= 0.

@@ -124,13 +124,24 @@ impl Scene {
         self.with_friction(|contact| self.friction_at(contact, &still))
     }
 
-    /// With the friction of the slip velocities of a state.
-    pub(crate) fn at_slip(&self, u: &[f64]) -> Cow<'_, Self> {
-        self.with_friction(|contact| self.friction_at(contact, u))
+    /// With the friction of the slip velocities of a state, and the tangents of elements there.
+    pub(crate) fn in_state(&self, q: &[f64], u: &[f64]) -> Cow<'_, Self> {
+        let at_slip = |scene: &Self| {
+            let friction = |contact| scene.friction_at(contact, u);
+            scene.laws.as_ref().map(|_| scene.with_friction(friction).into_owned())
+        };
+        match self.tangent(q, u) {
+            Cow::Owned(tangent) => Cow::Owned(at_slip(&tangent).unwrap_or(tangent)),
+            Cow::Borrowed(scene) => at_slip(scene).map_or(Cow::Borrowed(scene), Cow::Owned),
+        }
     }
 
     /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
     pub(crate) fn linearised(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        if self.has_elements() {
+            let about = self.about_rest(combination)?;
+            return Ok(Cow::Owned(about.linearised(combination)?.into_owned()));
+        }
         if self.laws.is_none() {
             return Ok(Cow::Borrowed(self));
         }

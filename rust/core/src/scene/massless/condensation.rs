@@ -67,7 +67,7 @@ impl Scene {
 
     /// The same for states of rest, which need no mass.
     pub(crate) fn resting(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
-        if self.has_friction_laws() {
+        if self.is_nonlinear() {
             let linear = self.linearised(combination)?.into_owned();
             return Ok(Cow::Owned(linear.resting(combination)?.into_owned()));
         }

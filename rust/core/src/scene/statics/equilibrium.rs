@@ -75,6 +75,9 @@ impl Scene {
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
+        if self.has_elements() {
+            return Ok(self.rest_with_elements()?.state);
+        }
         if self.has_dependent_directions() {
             return Ok(self.dependent_equilibrium()?.state);
         }
@@ -118,7 +121,10 @@ impl Scene {
     }
 
     /// The structure at rest in a combination without sticking contacts, and the margins of all contacts.
-    fn rest_of(&self, combination: &Combination) -> Result<(Equilibrium, Vec<f64>), Error> {
+    pub(super) fn rest_of(
+        &self,
+        combination: &Combination,
+    ) -> Result<(Equilibrium, Vec<f64>), Error> {
         let reduced = Reduced::new(self, combination)?;
         let mut equilibrated = reduced.stiffness.clone();
         let mut load = reduced.force_constant.clone();
@@ -157,6 +163,9 @@ impl Scene {
 
     /// The same with its normal forces, and whether it is the only one.
     pub fn steady_equilibrium(&self) -> Result<(Equilibrium, Uniqueness), Error> {
+        if self.has_elements() {
+            return Ok((self.rest_with_elements()?, Uniqueness::Unknown));
+        }
         if self.has_dependent_directions() {
             return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
         }
@@ -175,6 +184,9 @@ impl Scene {
 
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
+        if self.has_elements() {
+            return self.about_rest(combination)?.steady(combination);
+        }
         let scene = &*self.at_steady_sliding();
         if scene.size <= DENSE {
             let reduced = Reduced::new(scene, combination)?;

@@ -7,6 +7,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
 use crate::error::run::{LawEnd, RunFailure};
+use crate::motion::friction::series::law_contact::LawOf;
 use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::transient::run_state::RunState;
@@ -79,10 +80,14 @@ impl PhaseSearch {
             let width = self.on_panel.panel.width;
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
-            if !self.on_panel.panel.is_bounded() {
-                if let Some((contact, end)) = motion.exhausted() {
+            let exhausted = motion.exhausted();
+            if exhausted.is_some() || !self.on_panel.panel.is_bounded() {
+                if let Some((of, end)) = exhausted {
                     let time = run.time.after(motion.start()).seconds;
-                    let failure = RunFailure::Law { contact, time, end };
+                    let failure = match of {
+                        LawOf::Contact(contact) => RunFailure::Law { contact, time, end },
+                        LawOf::Element(element) => RunFailure::Element { element, time, end },
+                    };
                     return stop(run, motion, 0.0, StopReason::Failed(failure));
                 }
                 return stop_unbounded(run, motion.start());

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
+use crate::contact::contact_forces::response;
 use crate::contact::event_function::EventFunction;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
@@ -16,6 +17,7 @@ use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::scene::contact_law::{Contact, ContactInput, Direction};
+use crate::scene::elements::element::{Element, ElementInput, ElementKind};
 use crate::scene::friction::decay::Decay;
 use crate::scene::friction::formula::{GivenOperation, Operation};
 use crate::scene::friction::law::{FrictionLaw, Table};
@@ -202,13 +204,33 @@ fn balance(
     extend(law, piece, slip, inner, mu);
 }
 
+/// The argument of an element, or its coefficient of a higher order.
+fn argument_of(one: &Element, [q, u]: [&[Doubled]; 2], at_start: bool) -> Doubled {
+    let x = if one.kind == ElementKind::Spring { q } else { u };
+    let start = Doubled::from(if at_start { -one.offset } else { 0.0 });
+    one.direction.iter().fold(start, |sum, &(k, weight)| sum.add(x[k].times(weight)))
+}
+
+/// psi of every element in a state.
+fn forces_of_elements(scene: &Scene, state: &[Vec<Doubled>; 2]) -> Vec<Doubled> {
+    let force = |one: &Element| {
+        let argument = argument_of(one, [&state[0], &state[1]], true);
+        let (mut inner, mut force) = (Vec::new(), Vec::new());
+        extend(&one.excess, 0, &[argument], &mut inner, &mut force);
+        force[0]
+    };
+    scene.nonlinear_elements().map(|(_, one)| force(one)).collect()
+}
+
 /// (q, q') a time `width` later, each contact by its law, in the piece of the table given.
 fn moved(scene: &Scene, laws: &[(FrictionLaw, usize)], state: &mut [Vec<Doubled>; 2], width: f64) {
     let size = scene.size;
+    let elements = scene.elements();
     for _ in 0..STEPS {
         let mut q: Vec<Vec<Doubled>> = vec![state[0].clone()];
         let mut u: Vec<Vec<Doubled>> = vec![state[1].clone()];
         let mut series = vec![[const { Vec::<Doubled>::new() }; 4]; laws.len()];
+        let mut of_elements = vec![[const { Vec::<Doubled>::new() }; 3]; elements.len()];
         for k in 0..TERMS {
             let residual = |row: usize| {
                 let load = Doubled::from(if k == 0 { scene.force[row] } else { 0.0 });
@@ -218,6 +240,13 @@ fn moved(scene: &Scene, laws: &[(FrictionLaw, usize)], state: &mut [Vec<Doubled>
             };
             let order = Doubled::from((k + 1) as f64);
             let mut loads: Vec<Doubled> = (0..size).map(residual).collect();
+            for (one, [argument, inner, force]) in elements.iter().zip(&mut of_elements) {
+                argument.push(argument_of(one, [&q[k], &u[k]], k == 0));
+                extend(&one.excess, 0, argument, inner, force);
+                for &(row, weight) in &one.direction {
+                    loads[row] = loads[row].add(force[k].times(-weight));
+                }
+            }
             let contacts = scene.contacts.iter().zip(laws).zip(&mut series);
             for ((contact, (law, piece)), own) in contacts {
                 let (t, n) = (contact.tangential, contact.normal);
@@ -313,6 +342,26 @@ fn law() -> impl Strategy<Value = FrictionLaw> {
         2 => [0.2..0.6f64, -0.1..0.1f64, -0.3..0.3f64].prop_map(table),
         3 => formula(),
     ]
+}
+
+/// Springs and dampers between two dofs, with an offset.
+fn element() -> impl Strategy<Value = ElementInput> {
+    let ends = (any::<prop::sample::Index>(), any::<prop::sample::Index>());
+    (formula(), ends, -1.0..1.0f64, any::<bool>()).prop_map(|(law, (a, b), place, damps)| {
+        // Two masses, which every scene has.
+        let direction = vec![(a.index(3), 1.0), (b.index(3), place)];
+        match damps {
+            true => {
+                let kind = ElementKind::Damper;
+                // A damper has no force at rest.
+                let law = law.less_line([law.value(0.0), 0.0]);
+                ElementInput { kind, direction, offset: 0.0, law }
+            }
+            false => {
+                ElementInput { kind: ElementKind::Spring, direction, offset: 0.1 * place, law }
+            }
+        }
+    })
 }
 
 /// A law that rises, as slip without mass needs it.
@@ -474,6 +523,7 @@ fn difference_of_rows(
 
 static KNOTS: AtomicUsize = AtomicUsize::new(0);
 static PANELS: AtomicUsize = AtomicUsize::new(0);
+static WITH_ELEMENTS: AtomicUsize = AtomicUsize::new(0);
 static WITHOUT_MASS: AtomicUsize = AtomicUsize::new(0);
 static MET: [AtomicUsize; SIZES.len()] = [const { AtomicUsize::new(0) }; SIZES.len()];
 
@@ -486,7 +536,9 @@ fn bounds_are_never_below_true_errors() {
     println!(
         "{panels} panels of {MET:?} scenes, {KNOTS:?} of them from beside a speed of a table, {without_mass} of them where slip has no mass"
     );
-    assert!(panels > without_mass && without_mass > 0);
+    let with_elements = WITH_ELEMENTS.load(Ordering::Relaxed);
+    println!("{with_elements} of them beside springs and dampers");
+    assert!(panels > without_mass && without_mass > 0 && with_elements > 0);
 }
 
 proptest! {
@@ -500,6 +552,7 @@ proptest! {
         laws in proptest::collection::vec(law(), 1..=2),
         places in proptest::collection::vec(0.0..1.0f64, 3),
         knot in proptest::option::of((-13.0..-8.0f64, proptest::bool::ANY)),
+        elements in proptest::collection::vec(element(), 0..=3),
     ) {
         let (size, count) = SIZES[of_size];
         let mut laws = laws[..laws.len().min(count)].to_vec();
@@ -530,10 +583,16 @@ proptest! {
         });
         let kind = if without_mass { kind % 2 } else { kind };
         let scene = scene((size, count), &numbers, damping(kind, size, share), &laws, pull);
+        let elements = if without_mass { &[][..] } else { &elements[..] };
+        let Ok(scene) = scene.with_elements(elements) else { return Ok(()) };
+        if scene.undefined_element(&q, &u).is_some() {
+            return Ok(());
+        }
         let combination = Combination::parse(&"+".repeat(count), count).expect("letters");
         let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
         let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
         let (functions, scene) = (&basis.functions, basis.scene(&scene));
+        let response = response(scene, &combination);
         let mut motion = LawMotion::default();
         motion.restart(scene, operator, functions, &q, &u);
         if !without_mass {
@@ -544,6 +603,7 @@ proptest! {
         for _ in 0..3 {
             motion.expand(operator, functions, &mut panel);
             PANELS.fetch_add(1, Ordering::Relaxed);
+            WITH_ELEMENTS.fetch_add(usize::from(scene.has_elements()), Ordering::Relaxed);
             WITHOUT_MASS.fetch_add(usize::from(without_mass), Ordering::Relaxed);
             if !panel.is_bounded() {
                 // A law that falls to 0.
@@ -569,6 +629,14 @@ proptest! {
                     let expected = terms(&functional.position, &state[0])
                         .add(terms(&functional.velocity, &state[1]))
                         .add(functional.constant.into());
+                    // The columns of elements come last.
+                    let forces = forces_of_elements(scene, &state);
+                    let expected = forces.iter().rev().enumerate().fold(expected, |sum, (j, psi)| {
+                        let factor = response.as_ref().map_or(0.0, |all| {
+                            function.response(all, all.ncols() - 1 - j)
+                        });
+                        sum.add(psi.times(factor))
+                    });
                     if panel.excluded[index] {
                         prop_assert!(expected.value() > 0.0);
                         continue;

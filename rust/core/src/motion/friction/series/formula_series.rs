@@ -53,6 +53,8 @@ struct Slot {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FormulaSeries {
     slots: Vec<Slot>,
+    /// What lower orders add to the order sought of a product.
+    ahead: Vec<f64>,
     /// How far S may move from S_0.
     pub reach: f64,
 }
@@ -98,6 +100,13 @@ fn convolved(a: &Series, b: &Series, k: usize, first: usize, last: usize) -> f64
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
+/// `sum a_i a_{k-i}` over i from 1 to k - 1, each pair of terms once; k from 2 on.
+#[inline(always)]
+fn squared(a: &Series, k: usize) -> f64 {
+    let middle = if k % 2 == 0 { a[k / 2] * a[k / 2] } else { 0.0 };
+    2.0_f64.mul_add(convolved(a, a, k, 1, k.div_ceil(2) - 1), middle)
+}
+
 /// The coefficients of a quotient.
 fn quotient(a: &Series, b: &Series) -> Series {
     let mut q = [0.0; COEFFICIENTS];
@@ -118,6 +127,7 @@ impl FormulaSeries {
             self.slots.resize(operations.len() + 1, zeros);
             self.reach = formula.reach(s);
         }
+        self.run_ahead(operations, k);
         let order = k as f64;
         let Slot { terms, rates } = &mut self.slots[0];
         (terms[k], rates[k]) = (s, order * s);
@@ -133,7 +143,11 @@ impl FormulaSeries {
                     factor.mul_add(of(slot), at_start(shift, 0.0))
                 }
                 Operation::Sum(a, b) => of(a) + of(b),
-                Operation::Product(a, b) => convolved(&slots[a].terms, &slots[b].terms, k, 0, k),
+                Operation::Product(a, b) if k == 0 => of(a) * of(b),
+                Operation::Product(a, b) => {
+                    let [a, b] = [a, b].map(|slot| &slots[slot].terms);
+                    a[0].mul_add(b[k], a[k].mul_add(b[0], self.ahead[place]))
+                }
                 Operation::Quotient(a, b) => {
                     let lower = convolved(&slots[b].terms, &own.terms, k, 1, k);
                     (of(a) - lower) / slots[b].terms[0]
@@ -167,6 +181,23 @@ impl FormulaSeries {
             (terms[k], rates[k]) = (value, order * value);
         }
         value
+    }
+
+    /// The sums of the terms of order k of products that lower orders give: none of them waits for another.
+    #[inline(always)]
+    fn run_ahead(&mut self, operations: &[Operation], k: usize) {
+        let Self { slots, ahead, .. } = self;
+        ahead.resize(operations.len(), 0.0);
+        for (operation, ahead) in operations.iter().zip(ahead) {
+            *ahead = match *operation {
+                Operation::Product(..) if k < 2 => 0.0,
+                Operation::Product(a, b) if a == b => squared(&slots[a].terms, k),
+                Operation::Product(a, b) => {
+                    convolved(&slots[a].terms, &slots[b].terms, k, 1, k - 1)
+                }
+                _ => continue,
+            };
+        }
     }
 
     /// The same series for a shorter panel.

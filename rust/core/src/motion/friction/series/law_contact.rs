@@ -1,12 +1,19 @@
-//! A contact whose friction depends on slip speed, in one combination.
+//! A contact whose friction depends on slip speed, or an element of the scene, in one combination.
 
 use crate::contact::functional::Functional;
 use crate::scene::friction::law::FrictionLaw;
 
-/// A contact that slides by its law.
+/// Whose law it is, by its index in the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LawOf {
+    Contact(usize),
+    Element(usize),
+}
+
+/// A contact that slides by its law; or an element, whose argument stands for the slip speed, with a normal force of 1.
 #[derive(Debug)]
 pub(crate) struct LawContact {
-    pub contact: usize,
+    pub of: LawOf,
     pub law: FrictionLaw,
     /// T / (mu N)
     pub sign: f64,
@@ -50,7 +57,12 @@ pub(crate) struct Flow {
 impl LawContact {
     /// |s|
     pub fn speed(&self, q: &[f64], u: &[f64]) -> f64 {
-        (-self.sign * self.slip.value(q, u)).max(0.0)
+        let argument = -self.sign * self.slip.value(q, u);
+        if self.is_element() { argument } else { argument.max(0.0) }
+    }
+
+    pub const fn is_element(&self) -> bool {
+        matches!(self.of, LawOf::Element(_))
     }
 
     /// `mu(|s|) - mu(0)`

@@ -2,13 +2,17 @@
 //!
 //! Decays have their recurrences and errors in [`crate::scene::friction::decay`]; those of a table are products.
 
+use crate::error::input::Error;
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, product_units, scale, size};
 use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::formula_series::FormulaSeries;
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use crate::scene::elements::element::Element;
 use crate::scene::friction::decay::{DecayPanel, product, terms_left_out};
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
 
 /// What a decay counts as zero below: products with it would leave the range of numbers.
 const VANISHED: f64 = 1e-260;
@@ -32,6 +36,19 @@ pub(crate) struct LawSeries {
 pub fn law_derivatives(law: &FrictionLaw, speed: f64) -> [f64; 4] {
     let (LawSeries { excess, .. }, _) = LawSeries::along(law, &[speed, 1.0, 0.0, 0.0]);
     [law.value(speed), excess[1], 2.0 * excess[2], 6.0 * excess[3]]
+}
+
+/// By element, at rest in a combination: its stretch or rate, phi and its first three derivatives.
+pub fn elements_at_rest(scene: &Scene, combination: &Combination) -> Result<Vec<[f64; 5]>, Error> {
+    let q = scene.place_of_rest(combination)?;
+    let still = vec![0.0; q.len()];
+    let derivatives = |one: &Element| {
+        let argument = one.argument(&q, &still);
+        let [value, slope] = one.linear;
+        let [excess, first, second, third] = law_derivatives(&one.excess, argument);
+        [argument, excess + value + slope * argument, first + slope, second, third]
+    };
+    Ok(scene.elements().iter().map(derivatives).collect())
 }
 
 impl LawSeries {
@@ -158,7 +175,7 @@ impl LawSeries {
         match law {
             FrictionLaw::Tabulated(table) => {
                 let widths = table.speeds.windows(2).map(|pair| pair[1] - pair[0]);
-                widths.fold(f64::INFINITY, f64::min) + 0.5 * self.slip[0]
+                widths.fold(f64::INFINITY, f64::min) + 0.5 * self.slip[0].abs()
             }
             _ => self.reach(law),
         }
