@@ -70,6 +70,8 @@ def examples():
         "Outcome": next(ss.simulate_many([scene], duration=0.2, velocity={"x1": 1e-3})),
         "Cycle": cycle,
         "Harmonic": shaken.loads[0],
+        "Spring": ss.Spring({"x1": 1.0, "x2": -1.0}, ss.spring.Gap(1e5, 1e-3), 0.1, name="bump"),
+        "Damper": ss.Damper([1.0, 0.0], ss.spring.Law(lambda u, c=2.0: c * np.tanh(u))),
         "Switched": ss.Switched({"x1": 1.0}, times=[0.1], values=[1.0, 0.0]),
         "FrequencyResponse": ss.frequency_response(
             shaken, {"shaker_frequency": [1.0, 1.5]}, start=ss.State([0.0], [0.0], "")
@@ -94,11 +96,11 @@ def examples():
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "BoundaryCurve", "Branch", "BranchPoint",
     "Case", "CodimensionTwo", "Contact", "CriticalPoint", "CriticalPoints", "Cycle", "CyclePhase",
-    "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic", "InputError",
+    "Damper", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic", "InputError",
     "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
     "NotPeriodicError", "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "Scene",
-    "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError", "Switched",
-    "Trajectory",
+    "Spring", "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError",
+    "Switched", "Trajectory",
 ]  # fmt: skip
 
 

@@ -43,6 +43,15 @@ class Peer:
         self.mass = [mpf(m) for m in scene.mass.tolist()]
         self.force = [mpf(f) for f in scene.force.tolist()]
         self.contacts = scene.contacts
+        #: Springs along dofs without contacts: entries of d by dof, offset, and coefficients of phi.
+        self.springs = [
+            (
+                {scene.dofs.index(name): mpf(entry) for name, entry in one.direction.items()},
+                mpf(one.offset),
+                [mpf(c) for c in one.law.coefficients],
+            )
+            for one in scene.elements
+        ]
         self.x = [mpf(float(x)) for x in start.position]
         self.v = [mpf(float(v)) for v in start.velocity]
         self.statuses = list(start.combination)
@@ -78,6 +87,15 @@ class Peer:
             for i in range(n):
                 pairs = zip(self.stiffness[i], self.damping[i], x[k], v[k], strict=True)
                 load[i] -= mp.fsum(a * p + c * q for a, c, p, q in pairs if a or c)
+            for direction, offset, numbers in self.springs:
+                stretch = [mp.fsum(d * row[i] for i, d in direction.items()) for row in x]
+                stretch[0] -= offset
+                power, force = [mpf(1)] + k * [mpf(0)], mpf(0)
+                for number in numbers:
+                    power = [mp.fsum(power[j] * stretch[m - j] for j in range(m + 1)) for m in range(k + 1)]
+                    force += number * power[k]
+                for i, d in direction.items():
+                    load[i] -= d * force
             for i, (contact, status) in enumerate(zip(self.contacts, self.statuses, strict=True)):
                 if status == "d":
                     continue

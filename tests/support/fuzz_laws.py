@@ -13,6 +13,7 @@ from fuzz_checks import coefficients
 from fuzz_events import SPREAD
 from fuzz_terms import contact_directions, fastest, forces, matrices, slider_speeds
 from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.structure import directions
 
 #: Phases that an integrator follows, how long it does, as a multiple of the time of the fastest mode, and by
 #: what part of the largest entry it may end elsewhere: in general, and where rounding grows at most.
@@ -51,6 +52,7 @@ def beside_a_faster_mass(scene: ss.Scene, start: ss.State, width: float) -> tupl
         contacts=scene.contacts,
         impact_friction=scene.impact_friction,
         loads=scene.loads,
+        elements=scene.elements,
         **unsymmetric,
     )
     position, velocity = np.append(start.position, 0.0), np.append(start.velocity, 0.0)
@@ -67,6 +69,7 @@ class PhaseEquations:
 
     def __init__(self, scene: ss.Scene, combination: str) -> None:
         self.scene, self.matrices = scene, matrices(scene)
+        self.directions = directions(scene).toarray() if scene.elements else []
         tangential, normal = contact_directions(scene)
         self.tangential = tangential
         self.pressed = [i for i, status in enumerate(combination) if status != "d"]
@@ -93,6 +96,9 @@ class PhaseEquations:
         system, load = np.zeros((count, count)), np.zeros(count)
         system[:size, :size], system[:size, size:], system[size:, :size] = mass, -acting.T, self.held
         load[:size] = forces(scene, np.array([t]))[0] - damping @ u - stiffness @ x
+        for one, d in zip(scene.elements, self.directions, strict=True):
+            argument = d @ x - one.offset if isinstance(one, ss.Spring) else d @ u
+            load[:size] -= one.law.force(argument) * d
         for row, i in enumerate(self.pressed, size):
             if scene.contacts[i].normal is None:
                 system[row] = np.eye(count)[row]
@@ -108,7 +114,7 @@ def phases_by_integrator(run: ss.Trajectory) -> str:
     edges = np.concatenate([[0.0], run.events.time, [run.duration]])
     letters = [run.start.combination, *run.events.combination]
     _, rates = fastest(scene, letters)
-    by_law = [isinstance(contact.friction, FrictionLaw) for contact in scene.contacts]
+    by_law = [isinstance(contact.friction, FrictionLaw) or bool(scene.elements) for contact in scene.contacts]
     slides = [
         any(law and status in "+-" for law, status in zip(by_law, combination, strict=True))
         for combination in letters

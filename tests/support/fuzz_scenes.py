@@ -22,6 +22,7 @@ EXTRAS = {
     "laws": "friction over slip speed",
     "compliant": "contacts with springs",
     "tables": "friction over slip speed by tables only",
+    "elements": "nonlinear springs and dampers",
     "twins": "a second half tied to the first, which moves alike: all events come in pairs",
     "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
@@ -42,6 +43,8 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
         scene, start = with_stops(scene, seed, index)
     if {"laws", "tables"} & set(extras):
         scene, start = with_laws(scene, start, seed, index, tables="tables" in extras)
+    if "elements" in extras:
+        scene, start = with_elements(scene, start, seed, index)
     return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)
 
 
@@ -223,6 +226,52 @@ def drawn_law(
             return ss.friction.Stribeck(factor, factor * ratio, speed, factor * law.viscous)
         case _:
             return ss.friction.Rational(factor, factor * ratio, speed)
+
+
+def with_elements(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return the scene with up to four springs and dampers, as strong as its others at motions of some size.
+
+    Where elements are not computed the scene stays as it is.
+    """
+    rng = np.random.default_rng([seed, index, 8])
+    mass, _, stiffness = matrices(scene)
+    rate = np.sqrt((np.diag(stiffness) / np.diag(mass)).max())
+    size = max(np.abs(start.position).max(), np.abs(start.velocity).max() / rate, 1e-4)
+    found: list[ss.Spring | ss.Damper] = []
+    for _ in range(int(rng.integers(1, 5))):
+        chosen = rng.choice(scene.size, int(rng.integers(1, 3)), replace=False).tolist()
+        direction = dict(zip(chosen, (1.0, -rng.uniform(0.5, 1.0)), strict=False))
+        length = size * 10.0 ** rng.uniform(-1.0, 0.5)
+        k = np.diag(stiffness).mean() * 10.0 ** rng.uniform(-2.0, 0.0)
+        if rng.random() < 0.25:
+            speed, c = length * rate, k / rate * 10.0 ** rng.uniform(-1.5, 0.0)
+            found.append(ss.Damper(direction, ss.spring.Polynomial(0.3 * c, 0.0, c / speed**2)))
+            continue
+        law: ss.spring.Law | ss.spring.Gap | ss.spring.Polynomial | ss.spring.Tabulated
+        match rng.integers(4):
+            case 0:
+                law = ss.spring.Polynomial(k, rng.uniform(-1.0, 1.0) * k / length, k / length**2)
+            case 1:
+                law = ss.spring.Law(lambda u, k=k, scale=length: k * scale * np.tanh(u / scale))
+            case 2:
+                law = ss.spring.Gap(k, rng.uniform(-1.0, 1.0) * length)
+            case _:
+                places = np.cumsum(rng.uniform(0.2, 1.0, 5))
+                forces = np.cumsum(rng.uniform(0.0, 1.5, 5))
+                law = ss.spring.Tabulated(length * (places - places[2]), k * length * (forces - forces[2]))
+        found.append(ss.Spring(direction, law, rng.uniform(-0.5, 0.5) * length))
+    try:
+        scene = scene.replace(elements=found)
+    except ss.InputError as error:
+        if "not computed beside" not in str(error):
+            raise
+        return scene, start
+    try:
+        ss.simulate(scene, 1e-9, start, max_events=0)
+    except ss.InputError:
+        # The springs leave tension at a contact.
+        start = flight(rng, scene.size // 4)
+    return scene, start
 
 
 def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:

@@ -103,6 +103,17 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
         _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))
     ),
     "formula": lambda: _scene(_belt(friction=ss.friction.Law(_levelling))),
+    "cubic spring": lambda: _scene(
+        _belt(static_friction=0.8),
+        elements=[
+            ss.Spring({"x": 1.0, "y": -0.5}, ss.spring.Polynomial(20.0, 0.0, 4e3), name="mount"),
+            ss.Damper("x", ss.spring.Polynomial(0.1, 0.0, 0.5)),
+        ],
+    ),
+    "elastic stop": lambda: _scene(
+        _belt(friction=ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)),
+        elements=[ss.Spring("x", ss.spring.Gap(stiffness=150.0, clearance=0.06), name="bump")],
+    ),
     "harmonic load": lambda: _scene(_belt(), loads=[ss.Harmonic({"x": 1.0}, frequency=1.3, name="shaker")]),
     "switched load": lambda: _scene(
         _belt(), loads=[ss.Switched({"x": 0.5}, times=[0.5, 1.0], values=[0.0, 1.0, 0.0])]
@@ -131,6 +142,8 @@ PARAMETERS = {
     "table": ("slider_speed", 0.12, 0.3),
     "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),
+    "cubic spring": ("mount_k3", 1e3, 1e4),
+    "elastic stop": ("friction_kinetic", 0.2, 0.6),
 }
 
 
