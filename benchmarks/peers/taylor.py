@@ -3,12 +3,13 @@
 One integrator per combination, each with the right side and the event functions of that combination alone and
 their zero coefficients left out. The compiler's options that could matter (`fast_math`, `slp_vectorize`,
 `compact_mode`) and leaving the constrained dofs out of the state gain nothing here. State and time are
-written through views, and a phase costs one call. Friction over slip speed may follow Stribeck's law.
+written through views, and a phase costs one call. Friction over slip speed may follow Stribeck's law,
+and polynomial springs may act on dofs without contacts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import heyoka
@@ -24,6 +25,10 @@ from stickslip.scene.laws.friction import FrictionLaw
 ROUNDING = 1e-13
 
 
+#: Entries of a direction by dof, the offset, and the coefficients of a polynomial spring.
+PolynomialSpring = tuple[dict[int, float], float, tuple[float, ...]]
+
+
 class Phase:
     """The integrator of one combination."""
 
@@ -34,6 +39,7 @@ class Phase:
         tolerance: float,
         laws: dict[int, ss.friction.Stribeck],
         compact: bool,
+        springs: Sequence[PolynomialSpring] = (),
     ) -> None:
         n = mechanics.size
         variables = heyoka.make_vars(*(f"x{i}" for i in range(n)), *(f"u{i}" for i in range(n)))
@@ -65,6 +71,12 @@ class Phase:
         for i, (row, constant) in enumerate(zip(generator[n:], offset[n:], strict=True)):
             rate = heyoka.expression(0.0) if i in still else affine(cleared(row), constant)
             rates.append(rate + pushes[i] if i in pushes else rate)
+        for entries, offset, coefficients in springs:
+            # Along dofs without contacts, so that contact forces do not change.
+            stretch = sum(float(entry) * variables[i] for i, entry in entries.items()) - float(offset)
+            force = sum(float(k) * stretch ** (j + 1) for j, k in enumerate(coefficients) if k)
+            for i, entry in entries.items():
+                rates[n + i] -= float(entry / mechanics.mass[i, i]) * force
         functions = mechanics.event_functions(combination)
         self.labels = [(contact, kind) for contact, kind, _, _ in functions]
         self.integrator = heyoka.taylor_adaptive(
@@ -103,7 +115,15 @@ def prepare(
         if isinstance(contact.friction, FrictionLaw)
     }
     frictions = [0.0 if i in laws else contact.friction for i, contact in enumerate(scene.contacts)]
-    mechanics = Mechanics(scene.replace(friction=frictions, static_friction=None))
+    mechanics = Mechanics(scene.replace(friction=frictions, static_friction=None, elements=()))
+    springs = [
+        (
+            {scene.dofs.index(name): entry for name, entry in one.direction.items()},
+            one.offset,
+            one.law.coefficients,
+        )
+        for one in scene.elements
+    ]
     mechanics.static = [contact.holding for contact in scene.contacts]
     initial = np.concatenate([start.position, start.velocity])
     known: dict[str, Phase] = {}
@@ -111,7 +131,7 @@ def prepare(
 
     def phase(combination: str) -> Phase:
         if combination not in known:
-            known[combination] = Phase(mechanics, combination, tolerance, laws, compact)
+            known[combination] = Phase(mechanics, combination, tolerance, laws, compact, springs)
         return known[combination]
 
     def settled(combination: str, state: Vector, contact: int, kind: str) -> str:
