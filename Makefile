@@ -61,7 +61,7 @@ fuzz-panels: ## Draw N=1000 random motions under friction laws: errors of their 
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
-	PYTHONPATH=tests:tests/support $(BIN)/python -m verification.manual
+	PYTHONPATH=tests:tests/support:examples $(BIN)/python -m verification.manual
 
 lint: $(INSTALLED) ## Check format, lints, spelling, types, stubs and that the core knows no Python
 	cargo fmt --all --check
