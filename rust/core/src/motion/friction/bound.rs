@@ -16,6 +16,7 @@ use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::coefficients::{UNIT, product_units, size};
+use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::series::size_of;
@@ -86,8 +87,12 @@ impl Kernel for Bound<'_> {
             let slow = PART_OF_TUBE * series.tube(&one.law) * divisor / spread;
             radius.min(TUBE_OF_FLOW * scale).min(pressed).min(slow.abs())
         });
-        let sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
-        for ((one, sliding), sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
+        let mut sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
+        for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
+            let sums = match sums.next().filter(|_| place < operator.paired) {
+                Some(sums) => sums,
+                None => FactorSums::alone(size(&sliding.series.excess)),
+            };
             let off = match one.flow {
                 Some(_) => sliding.series.tube(&one.law),
                 None => radius * one.slip_norm,

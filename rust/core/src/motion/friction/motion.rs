@@ -192,7 +192,7 @@ impl LawMotion {
         (self.next, self.ends, self.ended) = (None, None, None);
         (self.share, self.left_out) = (1.0, 0.0);
         self.contacts.resize_with(operator.contacts.len(), Sliding::default);
-        let pairs = operator.contacts.len().div_ceil(SHARING);
+        let pairs = operator.paired.div_ceil(SHARING);
         self.convolutions.resize_with(pairs, Convolutions::new);
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
         {

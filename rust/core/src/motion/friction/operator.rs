@@ -25,7 +25,10 @@ const BALANCED: f64 = 1e-9;
 #[derive(Debug)]
 pub(crate) struct LawOperator {
     pub(crate) taylor: TaylorOperator,
+    /// Contacts, then elements by tables, and then those by formulas.
     pub(super) contacts: Vec<LawContact>,
+    /// The first ones, whose forces are products of series.
+    pub(super) paired: usize,
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
     pub(super) response: Option<Response>,
@@ -167,7 +170,9 @@ impl LawOperator {
             let moving = taylor.equation.moving();
             taylor.dense = Rows::new(own, reduction, moving, &outputs, &forces);
         }
-        Ok(Self { taylor, contacts, response, sources, terms })
+        let alone = contacts.iter().rev().take_while(|one| one.is_alone()).count();
+        let paired = contacts.len() - alone;
+        Ok(Self { taylor, contacts, paired, response, sources, terms })
     }
 
     /// Where slip has no mass: the rate at which its coordinate follows the others, 1/s, for a slope of the friction force over

@@ -90,6 +90,10 @@ impl Laws<'_> {
         let response = operator.response.as_ref();
         let mut middle = [0.0; GROUP];
         for (index, (one, sliding)) in operator.contacts.iter().zip(&mut **contacts).enumerate() {
+            if index >= operator.paired {
+                given.law(index, one, sliding, k, [0.0; 2], response.is_some());
+                continue;
+            }
             let (pair, place) = (&mut convolutions[index / SHARING], index % SHARING);
             if place == 0 {
                 middle = pair.middle(simd, k);
@@ -103,7 +107,9 @@ impl Laws<'_> {
             coupling.couple(&response.normal, contacts, k);
             for (place, Sliding { series, normal, force, .. }) in contacts.iter_mut().enumerate() {
                 force[k] += series.excess[0] * normal[k];
-                convolutions[place / SHARING].set_normal(place % SHARING, normal[k]);
+                if place < operator.paired {
+                    convolutions[place / SHARING].set_normal(place % SHARING, normal[k]);
+                }
             }
         }
     }

@@ -44,6 +44,15 @@ pub(crate) struct Element {
 }
 
 impl Element {
+    /// Whether its linear part is all of it.
+    pub fn is_linear(&self) -> bool {
+        matches!(self.excess, FrictionLaw::Linear { slope: 0.0, .. })
+    }
+
+    pub const fn is_tabulated(&self) -> bool {
+        matches!(self.excess, FrictionLaw::Tabulated(_))
+    }
+
     /// Its stretch, or the rate of a damper.
     pub fn argument(&self, q: &[f64], u: &[f64]) -> f64 {
         let state = if self.kind == ElementKind::Spring { q } else { u };
@@ -88,7 +97,7 @@ impl Element {
         if let FrictionLaw::Tabulated(table) = &self.excess {
             let (low, high) = (from.min(to), from.max(to));
             ends.extend(table.speeds.iter().filter(|&&knot| low < knot && knot < high));
-            ends.sort_by(|a, b| (b < a).cmp(&false).then(a.total_cmp(b)));
+            ends.sort_by(f64::total_cmp);
             if to < from {
                 ends.reverse();
             }

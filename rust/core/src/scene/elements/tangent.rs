@@ -18,7 +18,6 @@ use std::sync::Arc;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::elements::element::{Element, ElementInput, ElementKind};
-use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::model::Scene;
@@ -100,10 +99,13 @@ impl Scene {
         self.elements.is_some()
     }
 
-    /// Those of its elements that are not linear.
+    /// Those of its elements that are not linear, tables first.
     pub(crate) fn nonlinear_elements(&self) -> impl Iterator<Item = (usize, &Element)> {
-        let linear = |one: &Element| matches!(&one.excess, FrictionLaw::Linear { slope, .. } if *slope == 0.0);
-        self.elements().iter().enumerate().filter(move |(_, one)| !linear(one))
+        let of_kind = |tables: bool| {
+            let elements = self.elements().iter().enumerate();
+            elements.filter(move |(_, one)| !one.is_linear() && one.is_tabulated() == tables)
+        };
+        of_kind(true).chain(of_kind(false))
     }
 
     /// Whether some element that is not linear acts on the directions of contacts; others leave contact forces in a state alone.

@@ -32,6 +32,13 @@ pub(crate) struct FactorSums {
     pub left_out: [f64; 2],
 }
 
+impl FactorSums {
+    /// Of a force that is a series of this size alone, times 1.
+    pub const fn alone(size: f64) -> Self {
+        Self { left: [0.0, size], right: [0.0, 1.0], left_out: [0.0; 2] }
+    }
+}
+
 /// Both factors of four products, by order. Those of the last order stand apart until the next: what waits for them comes last,
 /// number by number, since a group read right after its numbers were written would wait for all of them.
 #[derive(Debug, Clone)]

@@ -103,7 +103,7 @@ fn convolved(a: &Series, b: &Series, k: usize, first: usize, last: usize) -> f64
 /// `sum a_i a_{k-i}` over i from 1 to k - 1, each pair of terms once; k from 2 on.
 #[inline(always)]
 fn squared(a: &Series, k: usize) -> f64 {
-    let middle = if k % 2 == 0 { a[k / 2] * a[k / 2] } else { 0.0 };
+    let middle = if k.is_multiple_of(2) { a[k / 2] * a[k / 2] } else { 0.0 };
     2.0_f64.mul_add(convolved(a, a, k, 1, k.div_ceil(2) - 1), middle)
 }
 

@@ -65,6 +65,11 @@ impl LawContact {
         matches!(self.of, LawOf::Element(_))
     }
 
+    /// Whether its force is no product of two series: an element by a formula.
+    pub const fn is_alone(&self) -> bool {
+        self.is_element() && matches!(self.law, FrictionLaw::Formula(_))
+    }
+
     /// `mu(|s|) - mu(0)`
     pub fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
         self.law.value(self.speed(q, u)) - self.law.value(0.0)
