@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from meshed import block
 
 LAWS = [
     ss.spring.Polynomial(10.0, -2.0, 300.0),
@@ -167,3 +168,29 @@ def test_methods_for_linear_phases_refuse_elements():
         ss.simulate(made, 1.0, start, method="local")
     with pytest.raises(ss.InputError, match="need a linear structure, without elements"):
         ss.modal_energy(ss.simulate(made, 1.0, start), [0.0])
+
+
+def test_a_reduced_model_stretches_its_springs_as_the_full_one():
+    body = block(3, 2)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.5, gap=-1e-6)
+    full = ss.fe.assemble(body, pairs, impact_friction=True)
+    ends = {full.dofs[-1]: 1.0, full.dofs[-3]: -0.5}
+    law = ss.spring.Polynomial(1e5, 0.0, 1e15)
+    full = full.replace(elements=[ss.Spring(ends, law, 1e-7, name="tie"), ss.Damper(ends, 20.0)])
+    top = float(ss.complex_modes(full).frequencies.max())
+    reduction = ss.fe.reduce(full, (0.0, 0.5 * top), boundary="consistent", tolerance=0.5)
+    spring, damper = reduction.scene.elements
+    y = np.random.default_rng(1).normal(size=reduction.scene.size) * 1e-6
+    x = reduction.expand(y)
+    stretch = x[-1] - 0.5 * x[-3] - 1e-7
+    assert spring.direction @ y - spring.offset == pytest.approx(stretch, rel=1e-12)
+    assert damper.direction @ y == pytest.approx(
+        stretch + 1e-7 - (reduction.offset[-1] - 0.5 * reduction.offset[-3])
+    )
+    assert (spring.law, spring.name, damper.law) == (law, "tie", ss.spring.Polynomial(20.0))
+    # The full mass of the boundary keeps impacts alike.
+    kick = {full.dofs[-1]: 0.02}
+    starts = [ss.steady_sliding(full).perturbed(velocity=kick)]
+    starts.append(reduction.project(starts[0]))
+    runs = [ss.simulate(one, 2e-5, at) for one, at in zip((full, reduction.scene), starts, strict=True)]
+    assert all(abs(run.balance().residual) < 1e-15 for run in runs)

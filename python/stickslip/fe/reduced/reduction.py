@@ -25,10 +25,12 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
 from stickslip.scene.contact import entries_of
+from stickslip.scene.elements import Element, Spring
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.loads.of_scene import load_names
 from stickslip.scene.scene import Scene, checked, checked_combination
 from stickslip.scene.state import State
+from stickslip.scene.structure import directions as element_directions
 from stickslip.show.summary import Shown, Summary, Table
 
 #: Fixed-interface modes up to this multiple of the band are there from the start.
@@ -362,6 +364,12 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
         for dof, value in entries_of(load_name, load.amplitude, scene.dofs):
             amplitude[dof] = value
         loads.append(dataclasses.replace(load, amplitude=model.basis.T @ amplitude))
+    elements: list[Element] = []
+    for element, direction in zip(scene.elements, element_directions(scene).toarray(), strict=True):
+        reduced = dataclasses.replace(element, direction=model.basis.T @ direction)
+        if isinstance(reduced, Spring):
+            reduced = dataclasses.replace(reduced, offset=reduced.offset - float(direction @ model.offset))
+        elements.append(reduced)
     diagonal = np.diag(model.mass)
     return Scene(
         diagonal if np.count_nonzero(model.mass) == np.count_nonzero(diagonal) else model.mass,
@@ -376,4 +384,5 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
         gyroscopic=model.gyroscopic,
         circulatory=model.circulatory,
         loads=loads,
+        elements=elements,
     )
