@@ -28,8 +28,8 @@ def test_a_free_duffing_oscillator_has_its_period(g, a):
     start = ss.State(position=[a], velocity=[0.0], combination="")
     run = ss.simulate(free(ss.spring.Polynomial(1.0, 0.0, g)), period, start)
     fastest = a * np.sqrt(1.0 + hardening)
-    np.testing.assert_allclose(end_of(run), [a, 0.0], atol=1e-14 * max(a, fastest**2))
-    assert abs(run.balance().residual) < 1e-14 * (0.5 * a**2 + 0.25 * g * a**4)
+    np.testing.assert_allclose(end_of(run), [a, 0.0], atol=1e-13 * max(a, fastest**2))
+    assert abs(run.balance().residual) < 1e-13 * (0.5 * a**2 + 0.25 * g * a**4)
 
 
 def test_published_periods_of_duffing_oscillators():
@@ -50,8 +50,8 @@ def test_a_mass_on_an_elastic_stop_has_its_period():
     scene = free(ss.spring.Gap(stop, gap), stiffness=k)
     start = ss.State(position=[-amplitude], velocity=[0.0], combination="")
     run = ss.simulate(scene, period, start)
-    np.testing.assert_allclose(end_of(run), [-amplitude, 0.0], atol=1e-15)
-    assert abs(run.balance().residual) < 1e-17
+    np.testing.assert_allclose(end_of(run), [-amplitude, 0.0], atol=1e-14)
+    assert abs(run.balance().residual) < 1e-15
 
 
 def test_a_mass_falls_on_an_elastic_stop():
@@ -91,7 +91,7 @@ def test_springs_and_dampers_of_every_law_are_those_of_scipy():
     expected = solve_ivp(field, (0.0, 2.0), [0.3, -0.1, 0.1, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
     # The steps of scipy go across the knots of table and gap.
     np.testing.assert_allclose(end_of(run), expected.y[:, -1], atol=1e-8)
-    assert abs(run.balance().residual) < 1e-14
+    assert abs(run.balance().residual) < 1e-14 * abs(run.balance().stored)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -136,7 +136,7 @@ def test_events_beside_springs_are_those_of_scipy(seed):
     assert len(events) > 1
     np.testing.assert_allclose([event.time for event in run.events], [at for at, _ in events], atol=2e-12)
     np.testing.assert_allclose(end_of(run), end, atol=1e-11)
-    assert abs(run.balance().residual) < 1e-14
+    assert abs(run.balance().residual) < 1e-13
 
 
 def test_a_law_that_ends_stops_the_run_with_its_element():
