@@ -40,7 +40,14 @@ const SOLVED: usize = 8;
 const STEPS: usize = 4;
 const TERMS: usize = 28;
 
+/// Of what the exponential is nothing beside 1, in doubled precision.
+const VANISHES: f64 = -100.0;
+
 fn exp(x: Doubled) -> Doubled {
+    // Its series is one of small numbers.
+    if x.value() < VANISHES {
+        return Doubled::default();
+    }
     let mut part = x.times(1.0 / 1024.0);
     let small = part;
     let mut sum = Doubled::from(1.0).add(part);
