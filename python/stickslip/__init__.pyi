@@ -35,6 +35,7 @@ from .scene.scene import Scene
 from .scene.state import State, steady_sliding
 from .study.study import Study
 from .transient.batch import simulate_many
+from .transient.nonlinear_mode import nonlinear_mode
 from .transient.simulate import simulate
 from .transient.trajectory import Trajectory
 from .version import __version__
@@ -77,6 +78,7 @@ __all__ = [
     "modal_energy",
     "mode_selection",
     "models",
+    "nonlinear_mode",
     "plot",
     "save",
     "sensitivity",

@@ -33,9 +33,9 @@ class Interrupted(KeyboardInterrupt):
     ----------
     partial
         What had been computed by then: the `Trajectory` of a run, the last stretch of a search for a limit
-        cycle, the `Bifurcation` of the values that were done, a `FrequencyResponse` of the orbits found,
-        `Basins` with -2 where nothing was computed, a `StabilityBoundary` with the curves found, or the
-        dataset of a study.
+        cycle, the `Bifurcation` of the values that were done, a `FrequencyResponse` of the orbits found, the
+        `Branch` of a nonlinear mode, `Basins` with -2 where nothing was computed, a `StabilityBoundary` with
+        the curves found, or the dataset of a study.
     """
 
     def __init__(self, message: str, partial: Any) -> None:
@@ -48,7 +48,15 @@ class Interrupted(KeyboardInterrupt):
 
 
 class OrbitError(StickslipError, RuntimeError):
-    """A periodic orbit that Newton's method does not find."""
+    """A periodic orbit that Newton's method does not find.
+
+    Attributes
+    ----------
+    partial
+        The `Branch` of the orbits that `nonlinear_mode` had found before; None of other calls.
+    """
+
+    partial: Any = None
 
 
 class StudyError(StickslipError, RuntimeError):

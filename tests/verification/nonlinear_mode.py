@@ -12,7 +12,7 @@ durations.
 import numpy as np
 
 import stickslip as ss
-from verification.case import Case, Quantity, decimal, mp
+from verification.case import Case, Quantity, mp
 
 STIFFNESS, LIMIT = "0.25", "0.2"
 #: By amplitude: angular frequency and delta.
@@ -53,38 +53,26 @@ def exact(amplitude, guess):
 
 
 def quantities():
-    """Compare amplitude and frequency of the cycles, and the delta of the fold of their branch."""
+    """Compare delta and frequency of the mode, and the delta at which the branch of its cycles turns back."""
     contact = ss.Contact(
         tangential="x", normal_force=1.0, friction=float(LIMIT), tangential_stiffness=float(STIFFNESS)
     )
-
-    def model(delta):
-        return ss.Scene([1.0], [[1.0]], [[-delta]], contacts=[contact], dofs=["x"])
-
-    wanted = {text: exact(mp.mpf(text), guess) for text, guess in REFERENCES.items()}
-    deltas = {text: float(delta) for text, (_, delta) in wanted.items()}
-    start = ss.State([0.9], [0.0], "s")
-    first = ss.simulate(model(0.02), 200.0, start).limit_cycle(further=2000.0)
-    branch = ss.continuation(first, {"delta": (0.02, 0.08)}, model, at=sorted(deltas.values()))
+    scene = ss.Scene([1.0], [[1.0]], contacts=[contact], dofs=["x"])
+    mode = ss.nonlinear_mode(scene, 0, [float(text) for text in REFERENCES])
     found = []
-    for text, (rate, _) in wanted.items():
-        # The branch turns back: two amplitudes have the same delta.
-        cycle = min(branch.at(deltas[text]), key=lambda cycle: abs(cycle.amplitude.item() - float(text)))
-        found += [
-            Quantity(
-                name=f"amplitude at delta = {deltas[text]:.16g} 1/s",
-                unit="m",
-                expected=decimal(float(text)),
-                computed=cycle.amplitude.item(),
-            ),
-            Quantity(
-                name=f"angular frequency at X = {float(text):g} m",
-                unit="rad/s",
-                expected=rate,
-                computed=2.0 * np.pi / cycle.period,
-                reference=REFERENCES[text][0],
-            ),
-        ]
+    for text, cycle, delta in zip(REFERENCES, mode.cycles, mode.data.delta.to_numpy(), strict=True):
+        expected = exact(mp.mpf(text), REFERENCES[text])
+        names = (f"angular frequency at X = {float(text):g} m", f"delta at X = {float(text):g} m")
+        computed = (2.0 * np.pi / cycle.period, float(delta))
+        for name, unit, true, value, reference in zip(
+            names, ("rad/s", "1/s"), expected, computed, REFERENCES[text], strict=True
+        ):
+            found.append(Quantity(name=name, unit=unit, expected=true, computed=value, reference=reference))
+    branch = ss.continuation(
+        mode.cycles[0],
+        {"delta": (float(mode.data.delta[0]), 0.08)},
+        lambda delta: scene.replace(damping=[[-delta]]),
+    )
     fold = mp.findroot(
         lambda x: mp.diff(lambda y: exact(y, ("1.06", LARGEST))[1], x), mp.mpf("1.66755"), tol=1e-30
     )
