@@ -94,6 +94,20 @@ def test_a_motion_without_events_is_the_linear_mode():
         ss.nonlinear_mode(joint(), 0, [0.05], dof="x1")
 
 
+def test_a_period_between_two_impacts_is_not_linear():
+    """The linear mode would pass the stop at 0.6 m; a period of the motion lies between two impacts."""
+    stiffness = np.array([[4.0, 0.5, 1.8], [0.5, 4.5, 0.7], [1.8, 0.7, 6.4]])
+    contact = ss.Contact(normal="x1", gap=0.6, restitution=0.8)
+    scene = ss.Scene([0.7, 1.2, 1.8], stiffness, 0.02 * stiffness, contacts=[contact])
+    message = ""
+    try:
+        cycle = ss.nonlinear_mode(scene, 0, [0.9], dof="x1").cycles[0]
+        assert len(cycle.run.events)
+    except ss.OrbitError as error:
+        message = str(error)
+    assert "no event happens" not in message
+
+
 def test_amplitudes_found_before_are_kept():
     with pytest.raises(ss.OrbitError, match=r"amplitude 1e\+300 m of x") as caught:
         ss.nonlinear_mode(stop(), 0, [1.05, 1e300])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,9 +30,8 @@ from stickslip.transient.trajectory import Trajectory
 
 #: Instants of a period at which a motion is looked at, and periods until an amplitude is given up.
 INSTANTS, MOTIONS = 128, 120
-#: Amplitude of the linear motion that begins, of the first amplitude wanted, and how often it is halved until
-#: all contacts keep their statuses.
-SMALL, HALVINGS = 0.5, 40
+#: How often the amplitude of the linear motion that begins is halved until all contacts keep their statuses.
+HALVINGS = 40
 #: Part of the distance to the amplitude wanted, as a power of e, by which a motion grows in a period; and the
 #: largest delta that lets it grow, of the angular frequency.
 APPROACH, MOST = 0.3, 0.2
@@ -118,8 +116,8 @@ def nonlinear_mode(scene: Scene, mode: int, amplitudes: Sequence[float], *, dof:
     if linear.shape[place] == 0.0:
         raise InputError(f"dof: {scene.dofs[place]} does not move in mode {number}")
     shape = (linear.shape / linear.shape[place]).real
-    search = _Search(_Feeding.of(scene, shape), rest, place)
-    guess = search.linear(linear, float(wanted[0]))
+    search = _Search(_Feeding.of(scene, shape), rest, linear, place)
+    guess = search.begin(float(wanted[0]))
     found: list[tuple[float, Cycle]] = []
     for amplitude in wanted.tolist():
         try:
@@ -217,18 +215,29 @@ class _Search:
 
     feeding: _Feeding
     rest: State
+    mode: Mode
     place: int
 
-    def linear(self, mode: Mode, amplitude: float) -> _Guess:
+    def linear(self, amplitude: float) -> _Guess:
+        """Return the linear mode with an amplitude, as it passes the state of rest."""
+        omega = self.mode.eigenvalue.imag
+        velocity = amplitude * omega * (self.mode.shape / self.mode.shape[self.place]).real
+        state = self.rest.perturbed(velocity=velocity)
+        return _Guess(state, 2.0 * np.pi / omega, -2.0 * self.mode.eigenvalue.real)
+
+    def is_linear(self, amplitude: float) -> bool:
+        """Return whether the linear mode with an amplitude is a motion of the scene: no event ends it."""
+        scene, guess = self.feeding.scene, self.linear(amplitude)
+        if not _is_linear(scene) or not is_valid(scene, guess.state):
+            return False
+        return not len(simulate(self.feeding.mode_of(guess.delta), guess.period, guess.state).events)
+
+    def begin(self, amplitude: float) -> _Guess:
         """Return a linear motion of at most an amplitude, in which the contacts keep their statuses."""
-        omega = mode.eigenvalue.imag
-        guess = _Guess(self.rest, 2.0 * np.pi / omega, -2.0 * mode.eigenvalue.real)
-        velocity = SMALL * amplitude * omega * (mode.shape / mode.shape[self.place]).real
-        for _ in range(HALVINGS):
-            state = self.rest.perturbed(velocity=velocity)
-            if is_valid(self.feeding.scene, state):
-                return dataclasses.replace(guess, state=state)
-            velocity = 0.5 * velocity
+        for halvings in range(1, HALVINGS + 1):
+            guess = self.linear(0.5**halvings * amplitude)
+            if is_valid(self.feeding.scene, guess.state):
+                return guess
         raise OrbitError("no motion of the linear mode keeps the statuses of the contacts")
 
     def after(self, delta: float, cycle: Cycle) -> _Guess:
@@ -256,6 +265,8 @@ class _Search:
         """
         name = f"amplitude {amplitude:g} m of {self.rest.dofs[self.place]}"
         reason: object = "its energy balance does not settle"
+        if self.is_linear(amplitude):
+            raise OrbitError(f"{name}: no event happens, so that the mode is the linear one")
         first, earlier = 0.0, guess.delta
         for _ in range(MOTIONS):
             run = simulate(self.feeding.mode_of(guess.delta), guess.period, guess.state)
@@ -269,13 +280,8 @@ class _Search:
             growth, missing = float(np.log(last / (first or last))), float(np.log(amplitude / last))
             first = last
             if abs(growth) <= STEADY and abs(missing) <= NEAR:
-                if not len(run.events) and _is_linear(run.scene):
-                    if missing > 0.0:
-                        guess = self.go_on(run, guess.period, guess.delta + 2.0 * NEAR / guess.period)
-                        continue
-                    raise OrbitError(f"{name}: no event happens, so that the mode is the linear one")
+                near = simulate(run.scene, PERIODS * guess.period, run.state(run.duration))
                 try:
-                    near = simulate(run.scene, PERIODS * guess.period, run.state(run.duration))
                     return self.corrected(self.fed_whole(_nearby(near), guess.delta), guess.delta, amplitude)
                 except (OrbitError, NotPeriodicError) as error:
                     reason = error
