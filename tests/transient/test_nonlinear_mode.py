@@ -8,10 +8,10 @@ import stickslip as ss
 STIFFNESS = np.array([[2.0, -1.0], [-1.0, 2.0]])
 
 
-def belt(speed=1.5):
+def belt():
     """Mass on a belt under friction that falls with the slip speed (bSTAB, case_friction)."""
     law = ss.friction.Stribeck(static=1.0, kinetic=0.5, speed=0.5)
-    contact = ss.Contact(tangential="x", normal_force=1.0, friction=law, slider_speed=speed)
+    contact = ss.Contact(tangential="x", normal_force=1.0, friction=law, slider_speed=1.5)
     return ss.Scene([1.0], [[1.0]], [[0.1]], contacts=[contact], dofs=["x"])
 
 
@@ -29,9 +29,8 @@ def stop():
 def test_delta_vanishes_at_the_unstable_limit_cycle():
     """The cycle that bounds the basin of steady sliding, known to 13 digits."""
     steady = ss.steady_sliding(belt()).position[0]
-    amplitude = (
-        1.2526186589761925  # of the cycle whose largest distance from steady sliding is 1.330254955995
-    )
+    # Of the cycle whose largest distance from steady sliding is 1.330254955995 m.
+    amplitude = 1.2526186589761925
     mode = ss.nonlinear_mode(belt(), 0, [0.5, amplitude, 1.4])
     assert mode.data.delta.to_numpy() == pytest.approx([0.04372782, 0.0, -0.016], abs=2e-3)
     assert abs(mode.data.delta[1]) < 1e-12

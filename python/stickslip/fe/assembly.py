@@ -14,7 +14,7 @@ from stickslip.fe.body import Body
 from stickslip.fe.pairs import Pairs
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.laws.damping import DampingLike, Rayleigh
+from stickslip.scene.laws.damping import DampingLike, Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene
 from stickslip.show.mesh import Mesh
 
@@ -132,7 +132,7 @@ def _damping(bodies: Sequence[Body]) -> Any:
         if part is None:
             blocks.append(scipy.sparse.csr_array((body.size, body.size)))
         elif isinstance(part, Rayleigh):
-            blocks.append(part.mass * body.mass + part.stiffness * body.stiffness)
+            blocks.append(rayleigh_matrix(part, body.mass, body.stiffness))
         else:
             blocks.append(part)
     return _joined(blocks)

@@ -21,7 +21,7 @@ from stickslip.faults import InputError
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import described
 from stickslip.scene.contact import entries_of
-from stickslip.scene.laws.damping import Rayleigh
+from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.laws.friction import FrictionLaw
 from stickslip.scene.scene import Scene
 
@@ -76,8 +76,7 @@ def with_transverse_friction(scene: Scene, combination: str, transverse: Sequenc
     across = scipy.sparse.csr_array((values, (rows, columns)), shape=(scene.size, len(scene.contacts)))
     before: Any = scene.damping
     if isinstance(before, Rayleigh):
-        mass, stiffness = (_sparse(matrix) for matrix in (scene.mass, scene.stiffness))
-        before = before.mass * mass + before.stiffness * stiffness
+        before = rayleigh_matrix(before, _sparse(scene.mass), _sparse(scene.stiffness))
     added = across @ across.T
     return scene.replace(damping=added if before is None else _sparse(before) + added)
 

@@ -10,9 +10,8 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.cycles.attractors import at_rest, is_valid
-from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branches.arclength import Curve
-from stickslip.cycles.branches.branch import Branch, continued
+from stickslip.cycles.branches.branch import Branch, Placed, along_branch, continued
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, Interrupted, OrbitError
 from stickslip.modes.complex_modes import complex_modes
@@ -21,8 +20,7 @@ from stickslip.motion.errors import NotPeriodicError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Real, real_array, whole_number
 from stickslip.scene.contact import nearest
-from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import simulate
@@ -118,7 +116,7 @@ def nonlinear_mode(scene: Scene, mode: int, amplitudes: Sequence[float], *, dof:
     shape = (linear.shape / linear.shape[place]).real
     search = _Search(_Feeding.of(scene, shape), rest, linear, place)
     guess = search.begin(float(wanted[0]))
-    found: list[tuple[float, Cycle]] = []
+    found: list[Placed] = []
     for amplitude in wanted.tolist():
         try:
             found.append(search.orbit(guess, amplitude))
@@ -133,16 +131,13 @@ def nonlinear_mode(scene: Scene, mode: int, amplitudes: Sequence[float], *, dof:
     return _branch(found)
 
 
-def _branch(found: Sequence[tuple[float, Cycle]]) -> Branch:
+def _branch(found: Sequence[Placed]) -> Branch:
     """Return the motions of a mode, each with its delta."""
-    deltas, cycles = np.array([delta for delta, _ in found]), [cycle for _, cycle in found]
-    frequency = np.array([cycle.frequency for cycle in cycles])
-    data = table("point", np.arange(len(found)), cycles, {})
-    data = data.assign_coords({"delta": ("point", deltas, {"units": "1/s"})})
-    data["frequency"] = ("point", frequency, {"units": "Hz"})
-    data["damping_ratio"] = ("point", deltas / (4.0 * np.pi * frequency), {"units": "1"})
-    data["followed"] = ("point", [cycle.is_followed() for cycle in cycles])
-    return Branch(data, tuple(cycles), (), "range")
+    data = along_branch("delta", found, {"units": "1/s"})
+    data["frequency"] = ("point", 1.0 / data.period.to_numpy(), {"units": "Hz"})
+    data["damping_ratio"] = ("point", (data.delta * data.period / (4.0 * np.pi)).to_numpy(), {"units": "1"})
+    cycles = tuple(cycle for _, cycle in found)
+    return Branch(data, cycles, (), "range")
 
 
 @dataclass(frozen=True)
@@ -160,26 +155,19 @@ class _Feeding:
         mass: Any = scene.mass if scene.mass.ndim == 2 else scipy.sparse.diags_array(scene.mass)
         damping: Any = 0.0 * mass if scene.damping is None else scene.damping
         if isinstance(damping, Rayleigh):
-            damping = damping.mass * mass + damping.stiffness * scene.stiffness
-        if scipy.sparse.issparse(mass) and not scipy.sparse.issparse(damping):
-            mass = mass.toarray()
+            damping = rayleigh_matrix(damping, mass, scene.stiffness)
         return cls(scene, mass, damping, shape / np.sqrt(shape @ (mass @ shape)))
 
-    def all_of(self, delta: float) -> Scene:
-        """Return the scene with the damping ``C - delta M``."""
-        return self.scene.replace(damping=self.damping - delta * self.mass)
+    def at(self, delta: float, rest: float = 1.0) -> Scene:
+        """Return the scene in which delta feeds the linear mode, and the rest of M in part.
 
-    def mode_of(self, delta: float, rest: float = 0.0) -> Scene:
-        """Return the scene in which the linear mode alone is fed, and the rest of M in part."""
-        moment = self.mass @ self.shape
-        fed = (1.0 - rest) * np.outer(moment, moment) + rest * self.mass
-        damping = np.asarray(scipy.sparse.csr_array(self.damping).todense())
-        return self.scene.replace(damping=damping - delta * fed)
-
-
-def _is_linear(scene: Scene) -> bool:
-    """Return whether the equations of motion are linear until a status changes."""
-    return not scene.elements and not any(isinstance(one.friction, FrictionLaw) for one in scene.contacts)
+        Of all the rest the damping is ``C - delta M``.
+        """
+        fed = rest * self.mass
+        if rest < 1.0:
+            moment = self.mass @ self.shape
+            fed = (1.0 - rest) * np.outer(moment, moment) + fed
+        return self.scene.replace(damping=self.damping - delta * fed)
 
 
 def _nearby(run: Trajectory) -> Cycle:
@@ -228,9 +216,9 @@ class _Search:
     def is_linear(self, amplitude: float) -> bool:
         """Return whether the linear mode with an amplitude is a motion of the scene: no event ends it."""
         scene, guess = self.feeding.scene, self.linear(amplitude)
-        if not _is_linear(scene) or not is_valid(scene, guess.state):
+        if scene.core.has_friction_laws or scene.elements or not is_valid(scene, guess.state):
             return False
-        return not len(simulate(self.feeding.mode_of(guess.delta), guess.period, guess.state).events)
+        return not len(simulate(self.feeding.at(guess.delta, 0.0), guess.period, guess.state).events)
 
     def begin(self, amplitude: float) -> _Guess:
         """Return a linear motion of at most an amplitude, in which the contacts keep their statuses."""
@@ -249,14 +237,14 @@ class _Search:
 
         The force that a sticking contact needs changes with delta.
         """
-        scene = self.feeding.mode_of(delta)
+        scene = self.feeding.at(delta, 0.0)
         for time in run.duration - period * np.arange(LATEST) / LATEST:
             state = run.state(float(time))
             if is_valid(scene, state):
                 return _Guess(state, period, delta)
         raise OrbitError(f"no state of a period goes on with delta = {delta:g} 1/s")
 
-    def orbit(self, guess: _Guess, amplitude: float) -> tuple[float, Cycle]:
+    def orbit(self, guess: _Guess, amplitude: float) -> Placed:
         """Return delta and the periodic motion of an amplitude, from another motion.
 
         A motion grows or decays like ``exp((delta - own) t / 2)``, where ``own`` keeps its amplitude. What it
@@ -269,7 +257,7 @@ class _Search:
             raise OrbitError(f"{name}: no event happens, so that the mode is the linear one")
         first, earlier = 0.0, guess.delta
         for _ in range(MOTIONS):
-            run = simulate(self.feeding.mode_of(guess.delta), guess.period, guess.state)
+            run = simulate(self.feeding.at(guess.delta, 0.0), guess.period, guess.state)
             if run.duration < guess.period:
                 raise OrbitError(f"{name}: the motion ends early: {run.stop_reason}")
             times = np.linspace(0.0, run.duration, INSTANTS + 1)
@@ -299,12 +287,12 @@ class _Search:
         """
         placed = 0.0, cycle
         for rest in SHARES:
-            placed = rest, continued(placed, rest, lambda share: self.feeding.mode_of(delta, share))
-        return placed[1].continued(self.feeding.all_of(delta))
+            placed = rest, continued(placed, rest, lambda share: self.feeding.at(delta, share))
+        return placed[1]
 
-    def corrected(self, cycle: Cycle, delta: float, amplitude: float) -> tuple[float, Cycle]:
+    def corrected(self, cycle: Cycle, delta: float, amplitude: float) -> Placed:
         """Return delta and the orbit of an amplitude on the branch through an orbit near it."""
-        curve = Curve(self.feeding.all_of, 2.0 * np.pi / cycle.period)
+        curve = Curve(self.feeding.at, 2.0 * np.pi / cycle.period)
         at, length, last = curve.begin(cycle.core.orbit(), delta, 1.0), 0.0, np.inf
         before, step = float(cycle.amplitude[self.place]), FIRST
         if not amplitude / OTHER < before < OTHER * amplitude:

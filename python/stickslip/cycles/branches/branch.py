@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from stickslip.cycles.bifurcation import Diagram
+import numpy as np
+import xarray as xr
+
+from stickslip.cycles.bifurcation import Diagram, table
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import described
@@ -110,6 +114,15 @@ class Branch(Diagram):
     def __repr__(self) -> str:
         kinds = ", ".join(point.kind for point in self.points) or "none"
         return f"Branch: {len(self.cycles)} orbits, points: {kinds}, end: {self.end}\n{self.data!r}"
+
+
+def along_branch(name: str, placed: Sequence[Placed], units: dict[str, str]) -> xr.Dataset:
+    """Return orbits over ``point``, with a parameter as a coordinate, and whether the contact laws hold."""
+    values = np.array([value for value, _ in placed])
+    cycles = [cycle for _, cycle in placed]
+    data = table("point", np.arange(values.size), cycles, {}).assign_coords({name: ("point", values, units)})
+    data["followed"] = ("point", [cycle.is_followed() for cycle in cycles])
+    return data
 
 
 def checked_cycle(cycle: Any) -> None:

@@ -9,9 +9,16 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branches.arclength import Traced, fold_near, trace
-from stickslip.cycles.branches.branch import Branch, BranchPoint, Kind, Placed, checked_cycle, continued
+from stickslip.cycles.branches.branch import (
+    Branch,
+    BranchPoint,
+    Kind,
+    Placed,
+    along_branch,
+    checked_cycle,
+    continued,
+)
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import real_array, real_number, whole_number
@@ -97,13 +104,9 @@ def continuation(
         raise InputError(f"at: expected values from {min(begin, end):g} to {max(begin, end):g}, got {at!r}")
     traced = trace(cycle, name, (begin, end), scene_at, longest, points)
     placed = list(_with_values(traced, chosen.tolist(), scene_at))
-    values = np.array([value for value, _ in placed])
-    cycles = [orbit for _, orbit in placed]
-    result = table("point", np.arange(values.size), cycles, {}).assign_coords(
-        {name: ("point", values, Family(source).units(name))}
-    )
-    result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
-    return Branch(result, tuple(cycles), tuple(_points(name, traced, end, scene_at)), traced.end)
+    data = along_branch(name, placed, Family(source).units(name))
+    cycles = tuple(orbit for _, orbit in placed)
+    return Branch(data, cycles, tuple(_points(name, traced, end, scene_at)), traced.end)
 
 
 def _with_values(traced: Traced, chosen: Sequence[float], scene_at: SceneAt) -> Iterable[Placed]:

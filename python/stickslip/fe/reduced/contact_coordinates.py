@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stickslip.faults import InputError
 from stickslip.scene.contact import core_contact
-from stickslip.scene.laws.damping import Rayleigh
+from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene
 
 #: Directions whose smallest part that is independent of the others is below this are dependent.
@@ -71,7 +71,7 @@ def contact_matrices(scene: Scene) -> Matrices:
 
     mass, stiffness = changed(scene.mass), changed(scene.stiffness)
     if isinstance(scene.damping, Rayleigh):
-        damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+        damping = rayleigh_matrix(scene.damping, mass, stiffness)
     else:
         damping = scipy.sparse.csc_array(mass.shape) if scene.damping is None else changed(scene.damping)
     gyroscopic, circulatory = (

@@ -17,7 +17,7 @@ from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrice
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Boundary, Model, dual, projected
 from stickslip.scene.checks import Real
-from stickslip.scene.laws.damping import Rayleigh
+from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene
 
 #: A mode whose stiffness is below this part of the largest one, by mass, is a free motion.
@@ -66,7 +66,7 @@ class CraigBampton:
         stiffness = np.block([[0.5 * (bound + bound.T), side], [side.T, np.diag(squares)]])
         if isinstance(scene.damping, Rayleigh):
             # Of the reduced matrices, so that it stays proportional.
-            damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+            damping = rayleigh_matrix(scene.damping, mass, stiffness)
         else:
             damping = projected(local, matrices.damping, 1.0)
         gyroscopic = None if matrices.gyroscopic is None else projected(local, matrices.gyroscopic, -1.0)

@@ -67,3 +67,8 @@ def core_damping(damping: Rayleigh | Matrix | None) -> Any:
     if isinstance(damping, Rayleigh):
         return (damping.mass, damping.stiffness)
     return core_matrix(damping)
+
+
+def rayleigh_matrix(damping: Rayleigh, mass: Any, stiffness: Any) -> Any:
+    """Return C of matrices M and K, of their kind: dense or sparse."""
+    return damping.mass * mass + damping.stiffness * stiffness
