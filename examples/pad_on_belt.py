@@ -36,11 +36,17 @@ print(f"{scene.size} dofs, {len(scene.contacts)} contacts, {steady.combination} 
 # ## A reduced model
 #
 # It keeps the contacts, without mass of their own, and adds modes until the eigenvalues of the full model up
-# to 30 kHz are met. A boundary with lumped mass would take the growth from the mode at 24 kHz.
+# to 30 kHz are met: frequencies within 2 %, growth rates within 50 %, of the mode that grows most within 5 %.
+# A boundary with lumped mass would take the growth from the mode at 24 kHz.
 
 # %%
 reduced = ss.fe.reduce(
-    scene, band=(0.0, 30e3), tolerance=2e-2, boundary="massless", combination=steady.combination
+    scene,
+    band=(0.0, 30e3),
+    tolerance=2e-2,
+    growth_tolerance=0.5,
+    boundary="massless",
+    combination=steady.combination,
 )
 print(reduced)
 

@@ -59,9 +59,16 @@ def init(scene: Path, model: str, force: bool) -> None:
     type=float,
     default=1e-3,
     show_default=True,
-    help="Largest relative error of an eigenvalue.",
+    help="Largest relative error of a frequency.",
 )
-@click.option("--modes", type=int, help="Number of modes with held contacts; default: as the tolerance asks.")
+@click.option(
+    "--growth-tolerance",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="Largest relative error of a growth rate.",
+)
+@click.option("--modes", type=int, help="Number of modes with held contacts; default: as the tolerances ask.")
 @click.option(
     "-c", "--combination", help="Combination whose eigenvalues are compared; default: that of steady sliding."
 )
@@ -78,6 +85,7 @@ def reduce(
     band: tuple[float, float],
     boundary: Boundary,
     tolerance: float,
+    growth_tolerance: float,
     modes: int | None,
     combination: str | None,
     output: Path,
@@ -90,6 +98,14 @@ def reduce(
     """
     case = loaded(scene, changes)
     with waiting("reducing the scene"):
-        reduced = ss.fe.reduce(case.scene, band, boundary, tolerance, modes=modes, combination=combination)
+        reduced = ss.fe.reduce(
+            case.scene,
+            band,
+            boundary,
+            tolerance,
+            growth_tolerance=growth_tolerance,
+            modes=modes,
+            combination=combination,
+        )
     ss.save(reduced.scene, output)
     click.echo(str(reduced.summary()))

@@ -5,6 +5,12 @@ that the contact coordinates p cause statically, and modes with these held, ``x 
 ``K_zz Psi_z = -K_zp``, ``K_zz Phi = M_zz Phi diag(w^2)``, ``Phi' M_zz Phi = 1``. With ``r = q + M_qp p`` mass
 does not couple p and r: ``M = diag(S, 1)``, ``S = M_pp - M_pq M_qp``, the inertia that the modes leave at
 the contacts. What is done with S is the choice of `boundary`.
+
+Complex shapes of the full structure can be added to the basis, real and imaginary part each. A part x adds
+``v = z - Psi_z p`` without the modes, ``(1 - Phi Phi' M_zz) v``. As ``Phi' K_zz v = diag(w^2) Phi' M_zz v =
+0``, the vectors V that diagonalize K_zz and M_zz in the space of these v stand beside Phi as further modes,
+with the squares ``V' K_zz V``. A basis that holds the shape of a complex mode has its eigenvalue exactly
+(Galerkin), as far as S is kept.
 """
 
 from __future__ import annotations
@@ -16,10 +22,12 @@ from stickslip.faults import InputError
 from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrices
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Boundary, Model, dual, projected
-from stickslip.scene.checks import Real
+from stickslip.scene.checks import Complex, Real
 from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene
 
+#: A part of a shape of which the modes leave less than this, relative to the shape, adds nothing.
+ADDS = 1e-6
 #: A mode whose stiffness is below this part of the largest one, by mass, is a free motion.
 STIFFLESS = 1e-13
 FREE = "scene: with its contacts held, the structure can still move freely; hold it somewhere, or by springs"
@@ -42,8 +50,8 @@ class CraigBampton:
         #: How constant forces displace it, over contact coordinates.
         self.moved: Real = np.concatenate([np.zeros(b), solve(force[b:])])
 
-    def model(self, count: int) -> Model:
-        """Return the reduced matrices with so many modes.
+    def model(self, count: int, added: Complex | None = None) -> Model:
+        """Return the reduced matrices with so many modes, and with complex shapes (n, k) in their basis.
 
         Raises
         ------
@@ -55,6 +63,10 @@ class CraigBampton:
         largest = np.abs(self.modes.stiffness.diagonal()).max() / np.abs(self.modes.mass.diagonal()).max()
         if not squares[0] > STIFFLESS * largest:
             raise InputError(FREE)
+        if added is not None:
+            further, vectors = self._further(shapes, added)
+            squares, shapes = np.r_[squares, further], np.hstack([shapes, vectors])
+            count = squares.size
         modal = np.vstack([np.zeros((b, count)), shapes])
         coupling = modal.T @ (matrices.mass @ self.static)
         local = np.hstack([self.static - modal @ coupling, modal])
@@ -89,6 +101,24 @@ class CraigBampton:
             force=local.T @ force,
             lumping=lumping,
         )
+
+    def _further(self, shapes: Real, added: Complex) -> tuple[Real, Real]:
+        """Return squares (k,) and vectors (z, k) of what complex shapes add to the modes."""
+        b, mass = self.matrices.count, self.modes.mass
+        moved = np.vstack([self.matrices.directions.T @ added, self.matrices.transform[:, b:].T @ added])
+        whole = moved[b:] - self.static[b:] @ moved[:b]
+        sizes = np.sqrt(np.sum(whole.conj() * (mass @ whole), axis=0).real)
+        whole /= np.where(sizes > 0.0, sizes, 1.0)
+        inner: Real = np.hstack([whole.real, whole.imag])
+        for _ in range(2):
+            inner = inner - shapes @ (shapes.T @ (mass @ inner))
+        sizes, mix = np.linalg.eigh(projected(inner, mass, 1.0))
+        new = sizes > ADDS**2
+        inner = inner @ (mix[:, new] / np.sqrt(sizes[new]))
+        squares, mix = scipy.linalg.eigh(
+            projected(inner, self.modes.stiffness, 1.0), projected(inner, mass, 1.0)
+        )
+        return squares, inner @ mix
 
 
 def _inertia(left: Real, boundary: Boundary, kinds: tuple[Coordinate, ...]) -> tuple[Real, str]:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import xarray as xr
-from scipy.optimize import linear_sum_assignment
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.contact_coordinates import Coordinate
+from stickslip.fe.reduced.agreement import Agreement, compared
+from stickslip.fe.reduced.contact_coordinates import Coordinate, sparse
 from stickslip.fe.reduced.craig_bampton import CraigBampton
 from stickslip.fe.reduced.macneal import MacNeal
 from stickslip.fe.reduced.model import Boundary, Model
@@ -35,8 +35,6 @@ from stickslip.show.summary import Shown, Summary, Table
 
 #: Fixed-interface modes up to this multiple of the band are there from the start.
 ABOVE = 1.5
-#: Growth rates up to this part of |lambda| are rounding, as those of undamped modes.
-NEUTRAL = 1e-10
 #: By how much the number of modes grows in one step, what error is left by a step that still pays, and after
 #: how many that do not the boundary is what limits the error.
 GROWTH, PAYS, PATIENCE = 1.5, 0.8, 2
@@ -59,15 +57,20 @@ class Reduction(Shown):
         ``lumped``, ``consistent`` or ``massless``.
     frequencies
         Frequencies of the modes, Hz, (q,): of the structure with held contacts or, with the massless
-        boundary, of the free structure; there the last ones, one per contact direction or fewer, stand for
-        the inertia of all others.
+        boundary, of the free structure. There the last ones, one per contact direction or fewer, stand for
+        the inertia of all others; with another boundary the last ones are those of added shapes, if any.
     basis, offset
         ``x = offset + basis y``: (n, m) and (n,), m. The offset is the displacement of the structure with
         held contacts under the constant forces, so that their static effect is exact.
     errors
         xarray.Dataset over ``mode``, the eigenvalues of the full scene in the band: ``full`` and ``reduced``,
-        1/s, and ``error``, their relative distance. Attributes ``combination``, ``boundary``, ``lumping``,
-        and ``missing``, the number of eigenvalues of the full scene that were not found (see `Modes`).
+        1/s, nan where the reduced scene has none within 5 % (or the tolerance, if that is larger);
+        ``frequency_error``, of ``|lambda|`` and relative; ``growth_error``, of ``Re lambda``, relative to its
+        size, or to that of the damping ratio 1e-4 where that is larger. Over ``spurious``: ``spurious``, the
+        eigenvalues of the reduced scene inside the band that stand for none of the full scene, 1/s. Over
+        ``outside``: ``growing_outside``, those outside the band that grow, 1/s. Attributes ``combination``,
+        ``boundary``, ``lumping``, and ``missing``, the number of eigenvalues of the full scene that were not
+        found (see `Modes`).
     """
 
     scene: Scene
@@ -152,8 +155,15 @@ class Reduction(Shown):
 
     def summary(self) -> Summary:
         """Return sizes, how well the eigenvalues of the band agree, and the largest growth."""
-        full, reduced, errors = (self.errors[name].to_numpy() for name in ("full", "reduced", "error"))
-        missing = abs(self.errors.attrs["missing"])
+        errors = self.errors
+        full, reduced, frequency, growth = (
+            errors[name].to_numpy() for name in ("full", "reduced", "frequency_error", "growth_error")
+        )
+        agreement = Agreement(
+            full, reduced, frequency, growth, errors.spurious.to_numpy(), errors.growing_outside.to_numpy()
+        )
+        missing = abs(errors.attrs["missing"])
+        known = reduced[np.isfinite(frequency)]
         facts = [
             ("full", f"{self.full.size} dofs, {len(self.full.contacts)} contacts"),
             (
@@ -161,20 +171,32 @@ class Reduction(Shown):
                 f"{self.scene.size} dofs, {self.frequencies.size} of them modes "
                 f"{'of the free structure' if self.boundary == 'massless' else 'with held contacts'}",
             ),
-            ("boundary", f"{self.boundary}{self.errors.attrs['lumping']}"),
-            (
-                "band",
-                f"{errors.size} eigenvalues of {self.errors.attrs['combination']}, {missing:.2f} missing",
-            ),
-            ("largest error", f"{errors.max():.2g}"),
-            ("largest growth", f"{_growth(full)}; reduced {_growth(reduced)}"),
-            *(("warning", change) for change in stability_changes(full, reduced)),
+            ("boundary", f"{self.boundary}{errors.attrs['lumping']}"),
+            ("band", f"{full.size} eigenvalues of {errors.attrs['combination']}, {missing:.2f} missing"),
+            ("largest errors", f"{frequency.max():.2g} of a frequency, {growth.max():.2g} of a growth rate"),
+            ("largest growth", f"{_growth(full)}; reduced {_growth(known) if known.size else 'unknown'}"),
         ]
+        if agreement.outside.size:
+            count, worst = agreement.outside.size, _growth(agreement.outside)
+            grow = "1 mode grows" if count == 1 else f"{count} modes grow"
+            facts.append(("outside the band", f"{grow} in the reduced scene, most {worst}"))
+        facts += [("warning", remark) for remark in agreement.remarks()]
         rows = [
-            (str(k), abs(one) / (2.0 * np.pi), abs(other) / (2.0 * np.pi), one.real, other.real, float(error))
-            for k, (one, other, error) in enumerate(zip(full, reduced, errors, strict=True))
+            (
+                str(k),
+                abs(one) / (2.0 * np.pi),
+                abs(other) / (2.0 * np.pi),
+                float(frequency[k]),
+                one.real,
+                other.real,
+                float(growth[k]),
+            )
+            for k, (one, other) in enumerate(zip(full, reduced, strict=True))
         ]
-        headings = ("mode", "full, Hz", "reduced, Hz", "growth, 1/s", "reduced growth, 1/s", "error")
+        headings = (
+            "mode", "full, Hz", "reduced, Hz", "error",
+            "growth, 1/s", "reduced growth, 1/s", "error of growth",
+        )  # fmt: skip
         return Summary(facts, [Table("Eigenvalues of full and reduced scene", headings, rows)])
 
 
@@ -184,14 +206,15 @@ def reduce(
     boundary: Boundary = "lumped",
     tolerance: float = 1e-3,
     *,
+    growth_tolerance: float | None = 0.05,
     combination: str | None = None,
     modes: int | None = None,
     modal_damping: float | None = None,
 ) -> Reduction:
     """Return a reduced model with the same contacts: contact coordinates and modes.
 
-    Modes are added until the reduced scene has every eigenvalue of the full scene in the band within the
-    tolerance.
+    Modes are added until the reduced scene has every eigenvalue of the full scene in the band, each with its
+    frequency and its growth rate within the tolerances, and no other eigenvalue in the band.
 
     Parameters
     ----------
@@ -207,8 +230,10 @@ def reduce(
         others (fewer where nearly all modes are kept), and no inertia at the contacts, so that there are no
         impacts; for scenes without a circulatory matrix.
     tolerance
-        Largest relative distance of an eigenvalue. It does not bound the error of growth rates: a warning
-        names every mode that grows in only one of the two scenes.
+        Largest relative error of a frequency ``|lambda| / 2 pi``.
+    growth_tolerance
+        Largest relative error of a growth rate ``Re lambda``; of modes with a damping ratio below 1e-4 in
+        size, relative to the growth rate of this ratio. None: any.
     combination
         Status combination whose eigenvalues are compared; None: that of steady sliding.
     modes
@@ -221,30 +246,35 @@ def reduce(
     Raises
     ------
     InputError
-        If the band or the tolerance is ill-posed, the structure can move freely while its contacts are held,
+        If the band or a tolerance is ill-posed, the structure can move freely while its contacts are held,
         a massless boundary does not fit the scene, an inertia at a contact is not positive, or the boundary
-        does not allow the tolerance however many modes there are.
+        does not allow the tolerances however many modes there are.
 
     Notes
     -----
     Damping, gyroscopic and circulatory matrices and forces are reduced with the same basis; `Rayleigh`
-    damping stays proportional to the reduced matrices.
+    damping stays proportional to the reduced matrices. Where frequencies hold and growth rates do not, the
+    shapes of the modes concerned, their real and their imaginary part, are added to the basis (unless the
+    boundary is massless), since a few modes with held contacts describe them badly. With `modes` a
+    warning names every mode that has no counterpart, every spurious eigenvalue, and every mode that grows in
+    only one of the two scenes.
     """
     ends = real_array("band", band, 1)
     if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1] < np.inf:
         raise InputError(f"band: expected (lowest, highest) in Hz, got {band!r}")
     if boundary not in ("lumped", "consistent", "massless"):
         raise InputError(f"boundary: expected 'lumped', 'consistent' or 'massless', got {boundary!r}")
-    wanted = real_number("tolerance", tolerance)
-    if not 0.0 < wanted < 1.0:
-        raise InputError(f"tolerance: expected a number between 0 and 1, got {wanted:g}")
+    wanted = _tolerance("tolerance", tolerance)
+    growth = np.inf if growth_tolerance is None else _tolerance("growth_tolerance", growth_tolerance)
     if not checked(scene).contacts:
         raise InputError("scene: it has no contacts; there is no boundary")
     ratio = None if modal_damping is None else real_number("modal_damping", modal_damping)
     if ratio is not None and not 0.0 <= ratio < 1.0:
         raise InputError(f"modal_damping: expected a ratio from 0 to below 1, got {ratio:g}")
     status = checked_combination(scene, combination)
-    basis = MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
+    basis: MacNeal | CraigBampton = (
+        MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
+    )
     found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
     full = found.eigenvalues
     if not full.size:
@@ -254,31 +284,50 @@ def reduce(
         count = basis.modes.below(ABOVE * ends[1], most)
     elif (count := whole_number("modes", modes, 1)) > most:
         raise InputError(f"modes: expected at most {most}, got {count}")
-    best, fewer, waited = np.inf, 0, 0
+    best, told, waited = np.inf, "", 0
+    added = np.zeros(full.size, dtype=bool)
     while True:
-        model = basis.model(count)
-        small = _scene(model, scene, basis.kinds)
-        values, errors = matched(full, complex_modes(small, status).eigenvalues)
-        worst = float(errors.max())
-        if modes is not None or worst <= wanted:
+        try:
+            if isinstance(basis, CraigBampton) and added.any():
+                model = basis.model(count, found.shapes[:, added])
+            else:
+                model = basis.model(count)
+        except InputError as error:
+            if not told:
+                raise
+            raise InputError(f"{told}, and there is no model with {count} modes: {error}") from None
+        small = reduced_scene(model, scene, basis.kinds)
+        agreement = compared(full, complex_modes(small, status).eigenvalues, ends, wanted)
+        excess = agreement.excess(wanted, growth)
+        if modes is not None or excess <= 1.0:
             break
-        waited = waited + 1 if worst > PAYS * best else 0
-        if waited > PATIENCE or count >= most:
-            raise InputError(
-                f"tolerance: {wanted:g} is not reached with a {boundary} boundary: {count} modes leave "
-                f"{_left(worst)}{f', {fewer} left {_left(best)}' if fewer else ''}; give a larger tolerance, "
-                "or another boundary"
-            )
-        if worst < best:
-            best, fewer = worst, count
-        count = min(most, max(count + 4, int(GROWTH * count)))
-    for change in stability_changes(full, values):
-        warnings.warn(f"reduced scene: {change}", stacklevel=2)
+        waited = waited + 1 if excess > PAYS * best else 0
+        if excess < best or not told:
+            unmet = f"{agreement.unmet(wanted, growth)} is not reached with a {boundary} boundary"
+            best, told = excess, f"{unmet}: {count} modes leave {agreement.lacking(wanted, growth)}"
+        stuck = waited > PATIENCE or count >= most
+        wrong = (agreement.frequency > wanted) | (agreement.growth > growth)
+        if boundary != "massless" and (stuck or not (agreement.frequency > wanted).any()):
+            more = added | wrong
+        else:
+            more = added
+        if (more > added).any():
+            waited = 0
+        elif stuck:
+            raise InputError(f"{told}, and more modes no less; {_remedy(scene, boundary)}")
+        if (more == added).all():
+            count = min(most, max(count + 4, int(GROWTH * count)))
+        added = more
+    for remark in agreement.remarks():
+        warnings.warn(f"reduced scene: {remark}", stacklevel=2)
     errors_of = xr.Dataset(
         {
             "full": ("mode", full, {"units": "1/s"}),
-            "reduced": ("mode", values, {"units": "1/s"}),
-            "error": ("mode", errors, {"units": "1"}),
+            "reduced": ("mode", agreement.reduced, {"units": "1/s"}),
+            "frequency_error": ("mode", agreement.frequency, {"units": "1"}),
+            "growth_error": ("mode", agreement.growth, {"units": "1"}),
+            "spurious": ("spurious", agreement.spurious, {"units": "1/s"}),
+            "growing_outside": ("outside", agreement.outside, {"units": "1/s"}),
         },
         attrs={
             "combination": status,
@@ -299,41 +348,24 @@ def reduce(
     )
 
 
-def stability_changes(full: Complex, reduced: Complex) -> list[str]:
-    """Return a sentence for each mode that grows in only one of the full and the reduced scene.
+def _remedy(scene: Scene, boundary: Boundary) -> str:
+    """Return in words what to do where a boundary does not allow the tolerances."""
+    mass = sparse(scene.mass, scene.size)
+    coupled = boundary == "lumped" and mass.count_nonzero() > np.count_nonzero(mass.diagonal())
+    lumped = ", or lump the masses of the bodies (`Body.lumped`)" if coupled else ""
+    return f"give a larger tolerance, or another boundary{lumped}"
 
-    The error of an eigenvalue is relative to its modulus, and says little of its growth rate.
-    """
-    least = NEUTRAL * np.abs(full)
-    changed = np.flatnonzero((full.real > least) != (reduced.real > least))
-    return [
-        f"mode {k} at {abs(full[k]) / (2.0 * np.pi):.5g} Hz has the growth rate {full[k].real:.3g} 1/s in the"
-        f" full scene and {reduced[k].real:.3g} 1/s in the reduced one; take more modes, a smaller tolerance"
-        " or another boundary"
-        for k in changed.tolist()
-    ]
+
+def _tolerance(name: str, value: float) -> float:
+    number = real_number(name, value)
+    if not 0.0 < number < 1.0:
+        raise InputError(f"{name}: expected a number between 0 and 1, got {number:g}")
+    return number
 
 
 def _growth(values: Complex) -> str:
     worst = max(values, key=np.real)
     return f"{worst.real:.3g} 1/s at {abs(worst) / (2.0 * np.pi):.5g} Hz"
-
-
-def _left(error: float) -> str:
-    """Return in words what a reduced model leaves: its error is infinite where it lacks a mode."""
-    return f"an error of {error:.2g}" if np.isfinite(error) else "a mode of the band without counterpart"
-
-
-def matched(wanted: Complex, offered: Complex) -> tuple[Complex, Real]:
-    """Return the eigenvalue that stands for each wanted one, none of them twice, and relative distances.
-
-    Where there are too few, nan and an infinite distance.
-    """
-    distance = np.abs(wanted[:, None] - offered[None, :]) / np.abs(wanted)[:, None]
-    rows, columns = linear_sum_assignment(distance)
-    values, errors = np.full(wanted.size, complex(np.nan, np.nan)), np.full(wanted.size, np.inf)
-    values[rows], errors[rows] = offered[columns], distance[rows, columns]
-    return values, errors
 
 
 def _with_modal_damping(model: Model, boundary: Boundary, ratio: float) -> Real:
@@ -349,7 +381,7 @@ def _with_modal_damping(model: Model, boundary: Boundary, ratio: float) -> Real:
     return damping
 
 
-def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
+def reduced_scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
     """Return the reduced scene."""
     names = [f"{one.kind[0]}{one.contact}" for one in kinds]
     directions: list[dict[str, Any]] = [{} for _ in scene.contacts]
