@@ -1,6 +1,6 @@
 //! Affine functionals of the state.
 
-use crate::linalg::sparse::summed;
+use crate::linalg::sparse::sum_of;
 use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 
 /// Relative difference of two functionals that is rounding.
@@ -95,13 +95,12 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     pub fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
-        let merged = |of: fn(&Self) -> &[(usize, f64)]| -> Vec<(usize, f64)> {
+        let merged = |of: fn(&Self) -> &[(usize, f64)]| {
             let factors = parts.clone().filter(|part| part.0 != 0.0);
-            let terms = factors
-                .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w)));
-            let mut terms = terms.collect();
-            summed(&mut terms);
-            terms
+            sum_of(
+                factors
+                    .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w))),
+            )
         };
         Self {
             position: merged(|part| &part.position),

@@ -413,11 +413,8 @@ pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
     let size = entries.iter().map(|entry| entry.0 + 1).max().unwrap_or(0);
     if entries.len() > size {
         // A place for every column is quicker than an order.
-        let mut sums: Vec<Option<f64>> = vec![None; size];
-        for (k, value) in entries.drain(..) {
-            sums[k] = Some(sums[k].map_or(value, |sum| sum + value));
-        }
-        entries.extend(sums.iter().enumerate().filter_map(|(k, sum)| Some((k, (*sum)?))));
+        let sums = placed(size, entries.drain(..));
+        entries.extend(found(&sums));
         return;
     }
     entries.sort_by_key(|entry| entry.0);
@@ -426,4 +423,32 @@ pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
         kept.1 += if same { next.1 } else { 0.0 };
         same
     });
+}
+
+/// The same of terms that are not listed, so that many terms of few coordinates take the room of these.
+pub(crate) fn sum_of(terms: impl Iterator<Item = (usize, f64)> + Clone) -> Vec<(usize, f64)> {
+    let of = |(count, size): (usize, usize), (k, _)| (count + 1, size.max(k + 1));
+    let (count, size) = terms.clone().fold((0, 0), of);
+    if count > size {
+        return found(&placed(size, terms)).collect();
+    }
+    let mut entries = terms.collect();
+    summed(&mut entries);
+    entries
+}
+
+/// Sums of the terms of each coordinate, in their order, and whether there is a term.
+fn placed(size: usize, terms: impl Iterator<Item = (usize, f64)>) -> (Vec<f64>, Vec<bool>) {
+    // Negative zero leaves the first term as it is.
+    let (mut sums, mut there) = (vec![-0.0; size], vec![false; size]);
+    terms.for_each(|(k, value)| {
+        sums[k] += value;
+        there[k] = true;
+    });
+    (sums, there)
+}
+
+fn found((sums, there): &(Vec<f64>, Vec<bool>)) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let all = sums.iter().zip(there).enumerate();
+    all.filter_map(|(k, (&sum, &there))| there.then_some((k, sum)))
 }

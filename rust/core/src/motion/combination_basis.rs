@@ -241,7 +241,8 @@ impl CombinationBasis {
             // An index stands beside each value.
             2 * matrices.map(|matrix| matrix.entries()).iter().sum::<usize>()
         });
-        propagator + 2 * terms.sum::<usize>() + fitted
+        let condensed = self.condensed.as_ref().map_or(0, |condensed| condensed.numbers());
+        propagator + 2 * terms.sum::<usize>() + fitted + condensed
     }
 
     pub fn is_modal(&self) -> bool {

@@ -137,6 +137,12 @@ impl Condensed {
         Ok(Some(Self { scene: left, ..found }))
     }
 
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        let inverses = self.parts.iter().map(|part| part.inverse.len());
+        self.slaved.numbers() + inverses.sum::<usize>()
+    }
+
     /// What is left of `scene`, to share.
     pub fn scene(&self, scene: &Scene) -> Arc<Scene> {
         self.scene.clone().unwrap_or_else(|| Arc::new(self.left_of(scene)))
