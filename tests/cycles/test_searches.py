@@ -218,3 +218,23 @@ def test_the_time_between_looks_of_a_large_scene_needs_its_slowest_modes_alone(m
     slowest = 2.0 * 100.0 * np.sin(np.pi / (2 * size))
     assert attractors.stretch_of(drifting, None) == pytest.approx(60.0 * 2.0 * np.pi / slowest, rel=1e-9)
     assert max(computed) < 60
+
+
+def test_a_disturbance_leaves_every_contact_pressed():
+    """At half the slider speed, damping between its directions would take the small normal force."""
+    scene = ss.Scene(
+        [1.0, 1.0],
+        [[100.0, -20.0], [-20.0, 100.0]],
+        damping=[[5.0, -4.5], [-4.5, 5.0]],
+        force=[0.0, -0.01],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.2, slider_speed=1.0)],
+    )
+    rest = ss.steady_sliding(scene)
+    pressed = float(rest.contact_forces(scene).normal_force[0])
+    assert pressed < 0.02
+    start = disturbed_sliding(scene)
+    assert 0.0 < abs(start.velocity[0]) < 1e-2
+    assert 0.5 * pressed <= float(start.contact_forces(scene).normal_force[0])
+    assert ss.simulate(scene, 0.1, start).stop_reason == "duration"
+    # The other way round nothing is lost.
+    assert abs(disturbed_sliding(scene.replace(damping=None)).velocity[0]) == pytest.approx(0.5)

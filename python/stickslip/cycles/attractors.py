@@ -13,7 +13,7 @@ from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.motion.motion import Motion
-from stickslip.scene.checks import finite_time
+from stickslip.scene.checks import Real, finite_time
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 
@@ -38,6 +38,8 @@ GROWTH = 30.0
 SHORTEST, LONGEST = 20.0, 400.0
 #: Part of the slider speed at which the most unstable mode starts.
 DISTURBANCE = 0.5
+#: Part of this below which a disturbance is none.
+LEAST_PART = 1e-12
 #: Growth of neighbours, as a power of e, beyond which it says something: less is what the shape of a torus
 #: makes of them.
 DECIDED = 2.0
@@ -52,7 +54,7 @@ def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) 
 
     The mode is added as a velocity alone. It is so small that no contact has a tangential velocity above half
     of its slider speed, so that every contact goes on sliding; contacts whose slider rests,
-    such as stops, set no such bound.
+    such as stops, set no such bound. Nor does damping take more than half of the normal force of a contact.
 
     Parameters
     ----------
@@ -85,7 +87,24 @@ def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
         if contact.slider_speed
     ]
     largest = max(slips, default=0.0)
-    return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))
+    velocity = shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3)
+    moving = start.perturbed(velocity=velocity)
+    pressed = start.contact_forces(scene).normal_force.to_numpy()
+    part = 1.0
+    while part > LEAST_PART and not _stays_pressed(scene, moving, pressed):
+        part *= 0.5
+        moving = start.perturbed(velocity=part * velocity)
+    return moving
+
+
+def _stays_pressed(scene: Scene, moving: State, pressed: Real) -> bool:
+    """Return whether the velocity of a state takes at most half of the normal forces at rest, by damping."""
+    try:
+        forces = moving.contact_forces(scene).normal_force.to_numpy()
+    except InputError:
+        # A contact would pull.
+        return False
+    return bool((forces >= (1.0 - DISTURBANCE) * pressed).all())
 
 
 def at_rest(scene: Scene) -> State:
