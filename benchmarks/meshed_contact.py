@@ -136,7 +136,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--size", default="10900", choices=SIZES)
     parser.add_argument("--lumped", action="store_true")
-    parser.add_argument("--steps", nargs="+", default=["steady", "modes"])
+    parser.add_argument("--steps", nargs="+", default=["steady", "modes", "reduction"])
     chosen = parser.parse_args()
     report = Report("meshed-contact")
     times, scene, pairs = model(chosen.size, lumped=chosen.lumped)
@@ -156,6 +156,14 @@ def main() -> None:
         off = [np.abs(values - one).min() / abs(one) for one in modes.eigenvalues]
         rows.append([f"{len(modes)} modes of a band", f"{own:.2f}", f"{peer:.2f}", f"{max(off):.1e}"])
         print("modes", own, peer, modes.missing, max(off), f"{memory():.0f} MB", file=sys.stderr)
+    if "reduction" in chosen.steps:
+        combination = ss.steady_sliding(scene).combination
+        modes = ss.complex_modes(scene, combination, band=BAND, certify=False)
+        own, small = clocked(lambda: ss.fe.reduce(scene, BAND, combination=combination))
+        rows.append([f"reduction to {small.scene.size} dofs", f"{own:.2f}", "", ""])
+        own, small = clocked(lambda: ss.fe.reduce(scene, BAND, full_modes=modes))
+        rows.append(["the same, modes of the band given", f"{own:.2f}", "", ""])
+        print("reduction", rows[-2:], f"{memory():.0f} MB", file=sys.stderr)
     report.table(["step", "stickslip, CPU s", "scipy, CPU s", "difference"], rows)
     report.finish(chosen.into, "stickslip", "scipy")
 

@@ -386,6 +386,25 @@ def test_a_basis_with_the_shapes_of_complex_modes_has_their_eigenvalues(small):
     assert nearest(full.eigenvalues, without) > 1e-5
 
 
+def test_the_full_modes_can_be_handed_on():
+    scene, band = disc_and_pad(0.3), (500.0, 10e3)
+    full = ss.complex_modes(scene, "+" * 15, band=(100.0, 12e3), certify=False)
+    handed = ss.fe.reduce(scene, band, full_modes=full)
+    computed = ss.fe.reduce(scene, band, combination="+" * 15)
+    assert len(full) > handed.errors.sizes["mode"] == computed.errors.sizes["mode"]
+    np.testing.assert_allclose(handed.errors.reduced, computed.errors.reduced, rtol=1e-9)
+    assert f"{computed.errors.sizes['mode']} eigenvalues of {'+' * 15}, not counted" in str(handed)
+    assert f"{computed.errors.sizes['mode']} eigenvalues of {'+' * 15}, 0.00 missing" in str(computed)
+    for options, told in (
+        ({"full_modes": full.eigenvalues}, "full_modes: expected the modes of the scene that is reduced"),
+        ({"full_modes": full, "combination": "d" * 15}, "full_modes: they are those of '[+]{15}', and the"),
+    ):
+        with pytest.raises(ss.InputError, match=told):
+            ss.fe.reduce(scene, band, **options)
+    with pytest.raises(ss.InputError, match="full_modes: expected the modes of the scene"):
+        ss.fe.reduce(scene.replace(friction=0.2), band, full_modes=full)
+
+
 @pytest.mark.filterwarnings("ignore:reduced scene")
 def test_a_spurious_eigenvalue_and_a_mode_without_counterpart_are_told():
     """With fewer modes than the band has."""

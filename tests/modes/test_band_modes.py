@@ -56,6 +56,15 @@ def test_band_is_what_all_modes_have_in_it(disc, every):
         np.testing.assert_allclose(alike, sizes, rtol=1e-9)
 
 
+def test_a_band_without_the_count_of_missing_modes(disc):
+    counted, uncounted = (
+        ss.complex_modes(disc, "", band=(4e3, 11e3), certify=certify) for certify in (True, False)
+    )
+    assert uncounted.missing is None
+    assert dict(uncounted.summary().facts)["missing"] == "not known"
+    np.testing.assert_allclose(uncounted.eigenvalues, counted.eigenvalues, rtol=1e-12)
+
+
 def test_vectors_are_biorthogonal_and_residuals_those_of_the_stated_matrices(disc):
     modes = ss.complex_modes(disc, "", band=(0.0, 12e3))
     product = modes.left.T @ (modes.state_a @ modes.right)
@@ -310,6 +319,7 @@ def test_disc_of_5000_dofs():
     [
         ({"band": (0.0, 1.0), "near": 1j}, "near: cannot be given together with band"),
         ({"growth": (0.0, None)}, "growth: needs a band"),
+        ({"certify": False}, "certify: needs a band"),
         ({"band": (5.0, 1.0)}, r"band: expected \(lowest, highest\)"),
         ({"band": (-1.0, 1.0)}, r"band: expected \(lowest, highest\)"),
         ({"band": (0.0, 1.0, 2.0)}, r"band: expected \(lowest, highest\)"),

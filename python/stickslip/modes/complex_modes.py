@@ -34,6 +34,7 @@ def complex_modes(
     growth: Sequence[float | None] = (None, None),
     near: ArrayLike | None = None,
     count: int = 20,
+    certify: bool = True,
     transverse: Sequence[EntriesLike | None] | None = None,
 ) -> Modes:
     """Return the complex modes of a scene: all of them, or those of a band or near given points.
@@ -54,6 +55,9 @@ def complex_modes(
         One or several points of the plane of eigenvalues, 1/s: the result has the modes nearest to each.
     count
         With `near`: number of modes at each point.
+    certify
+        With `band`: whether the modes that are missing are counted (`Modes.missing`); without the count,
+        which takes several factorizations more, a mode can be missed unnoticed.
     transverse
         Directions b across the sliding in which friction damps: one per contact, by dof such as ``{"12.2":
         1.0}`` or as a vector (n,), or None; `stickslip.fe.Pairs.transverse` has those of a mesh. A contact
@@ -89,7 +93,8 @@ def complex_modes(
     eigenvalue.
 
     Shifts are added until their discs cover the band. Whether an eigenvalue was missed is then counted by the
-    winding of ``det P`` round a wide contour, with those found divided out: see `Modes.missing`.
+    winding of ``det P`` round a wide contour, with those found divided out: see `Modes.missing`. Without the
+    count the shifts cover the band all the same.
     """
     chosen = checked_combination(scene, combination)
     if transverse is not None:
@@ -98,6 +103,8 @@ def complex_modes(
         raise InputError("near: cannot be given together with band; call it once with each")
     if band is None and tuple(growth) != (None, None):
         raise InputError(f"growth: needs a band, got growth={growth!r} alone")
+    if band is None and not certify:
+        raise InputError("certify: needs a band, in which it leaves missing modes uncounted")
     region = None if band is None else region_of(band, growth)
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)
@@ -112,7 +119,7 @@ def complex_modes(
         return modes[_nearest(modes.eigenvalues, points, count)]
     pencil = SparsePencil.of_matrices(*map(sparse_array, matrices))
     if region is not None:
-        return _bordered(band_modes(scene, chosen, pencil, region), region)
+        return _bordered(band_modes(scene, chosen, pencil, region, certify), region)
     asked = count
     while True:
         search = Search(pencil)

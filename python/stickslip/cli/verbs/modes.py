@@ -42,6 +42,12 @@ if TYPE_CHECKING:
     help="With --band: growth rates in 1/s; none stands for no bound.",
 )
 @click.option(
+    "--certify/--no-certify",
+    default=True,
+    show_default=True,
+    help="With --band: whether missing modes are counted, which takes as long again.",
+)
+@click.option(
     "--near",
     multiple=True,
     type=click.FloatRange(min=0.0),
@@ -60,6 +66,7 @@ def modes(
     numbers: list[int] | None,
     band: tuple[float, float] | None,
     growth: tuple[float | None, float | None],
+    certify: bool,
     near: tuple[float, ...],
     count: int,
     every: bool,
@@ -92,6 +99,7 @@ def modes(
             combination,
             band=band,
             growth=growth,
+            certify=certify,
             near=[2j * math.pi * hertz for hertz in near] or None,
             count=count,
         )

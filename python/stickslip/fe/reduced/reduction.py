@@ -162,7 +162,8 @@ class Reduction(Shown):
         agreement = Agreement(
             full, reduced, frequency, growth, errors.spurious.to_numpy(), errors.growing_outside.to_numpy()
         )
-        missing = abs(errors.attrs["missing"])
+        missing = errors.attrs["missing"]
+        counted = "not counted" if missing is None else f"{abs(missing):.2f} missing"
         known = reduced[np.isfinite(frequency)]
         facts = [
             ("full", f"{self.full.size} dofs, {len(self.full.contacts)} contacts"),
@@ -172,7 +173,7 @@ class Reduction(Shown):
                 f"{'of the free structure' if self.boundary == 'massless' else 'with held contacts'}",
             ),
             ("boundary", f"{self.boundary}{errors.attrs['lumping']}"),
-            ("band", f"{full.size} eigenvalues of {errors.attrs['combination']}, {missing:.2f} missing"),
+            ("band", f"{full.size} eigenvalues of {errors.attrs['combination']}, {counted}"),
             ("largest errors", f"{frequency.max():.2g} of a frequency, {growth.max():.2g} of a growth rate"),
             ("largest growth", f"{_growth(full)}; reduced {_growth(known) if known.size else 'unknown'}"),
         ]
@@ -208,6 +209,7 @@ def reduce(
     *,
     growth_tolerance: float | None = 0.05,
     combination: str | None = None,
+    full_modes: Modes | None = None,
     modes: int | None = None,
     modal_damping: float | None = None,
 ) -> Reduction:
@@ -235,7 +237,10 @@ def reduce(
         Largest relative error of a growth rate ``Re lambda``; of modes with a damping ratio below 1e-4 in
         size, relative to the growth rate of this ratio. None: any.
     combination
-        Status combination whose eigenvalues are compared; None: that of steady sliding.
+        Status combination whose eigenvalues are compared; None: that of the full modes, or of steady sliding.
+    full_modes
+        The modes of the full scene in the band, where they are known already: what
+        ``complex_modes(scene, combination, band=band)`` returns. None: they are computed.
     modes
         Number of modes of the structure; None: as many as the tolerance requires. With a number, the result
         states its errors whatever they are.
@@ -271,11 +276,16 @@ def reduce(
     ratio = None if modal_damping is None else real_number("modal_damping", modal_damping)
     if ratio is not None and not 0.0 <= ratio < 1.0:
         raise InputError(f"modal_damping: expected a ratio from 0 to below 1, got {ratio:g}")
+    if full_modes is not None:
+        combination = _combination_of(full_modes, scene, combination)
     status = checked_combination(scene, combination)
     basis: MacNeal | CraigBampton = (
         MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
     )
-    found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
+    if full_modes is None:
+        found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
+    else:
+        found = full_modes[(full_modes.frequencies >= ends[0]) & (full_modes.frequencies <= ends[1])]
     full = found.eigenvalues
     if not full.size:
         raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
@@ -346,6 +356,23 @@ def reduce(
         errors_of,
         model.dual,
     )
+
+
+def _combination_of(modes: Modes, scene: Scene, combination: str | None) -> str:
+    """Return the combination of modes.
+
+    Raises
+    ------
+    InputError
+        If they are not modes of the scene in the combination that is asked for.
+    """
+    if not isinstance(modes, Modes) or modes.scene is not scene:
+        raise InputError("full_modes: expected the modes of the scene that is reduced, of this very object")
+    if combination not in (None, modes.combination):
+        raise InputError(
+            f"full_modes: they are those of {modes.combination!r}, and the combination is {combination!r}"
+        )
+    return modes.combination
 
 
 def _remedy(scene: Scene, boundary: Boundary) -> str:
