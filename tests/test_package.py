@@ -1,9 +1,11 @@
 """What importing the package loads, and that its names are what they say."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -56,11 +58,33 @@ def test_an_unknown_name():
 
 def test_the_version_stands_in_one_place_and_the_citation_follows():
     root = Path(__file__).parent.parent
-    version = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"][
-        "version"
-    ]
-    assert ss.__version__ == version
-    assert f"version: {version}" in (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    cargo = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))
+    stated = cargo["workspace"]["package"]["version"]
+    assert ss.__version__ == stated
+    assert f"version: {stated}" in (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+
+
+def test_versions_are_shown_with_those_of_every_dependency(capsys):
+    ss.show_versions()
+    # Metadata may write lazy-loader for lazy_loader.
+    shown = capsys.readouterr().out.replace("-", "_")
+    assert shown.startswith(f"stickslip {ss.__version__}\nPython 3.")
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for bound in project["dependencies"]:
+        name = bound.split(">=")[0]
+        assert f"\n  {name} {version(name)}\n".replace("-", "_") in shown
+    for extra, bounds in project["optional-dependencies"].items():
+        first = bounds[0].split(">=")[0].replace("-", "_")
+        assert re.search(rf"\nextra {extra}\n(  .*\n)*?  {first} (\d|not installed)", shown, re.I), extra
+
+
+@pytest.mark.process
+def test_the_module_is_the_command_line():
+    done = subprocess.run(
+        [sys.executable, "-m", "stickslip", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"stickslip, version {ss.__version__}\n"
 
 
 def test_the_lowest_versions_that_are_tested_are_the_bounds():
@@ -71,6 +95,6 @@ def test_the_lowest_versions_that_are_tested_are_the_bounds():
     lines = (root / ".ci" / "lowest.txt").read_text(encoding="utf-8").splitlines()
     lowest = dict(line.split("==") for line in lines if not line.startswith("#"))
     assert set(lowest) == {name for name, _ in bounds}
-    for name, version in bounds:
+    for name, bound in bounds:
         # 3.8 and 3.8.0 are the same.
-        assert lowest[name].removesuffix(".0").removesuffix(".0") == version.removesuffix(".0"), name
+        assert lowest[name].removesuffix(".0").removesuffix(".0") == bound.removesuffix(".0"), name

@@ -38,7 +38,7 @@ from .transient.batch import simulate_many
 from .transient.nonlinear_mode import nonlinear_mode
 from .transient.simulate import simulate
 from .transient.trajectory import Trajectory
-from .version import __version__
+from .version import __version__, show_versions
 
 __all__ = [
     "Case",
@@ -82,6 +82,7 @@ __all__ = [
     "plot",
     "save",
     "sensitivity",
+    "show_versions",
     "simulate",
     "simulate_many",
     "spring",

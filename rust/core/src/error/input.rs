@@ -233,6 +233,11 @@ pub enum Error {
         /// Estimated reciprocal condition of the scaled stiffness, -; 0 if the stiffness is exactly singular.
         reciprocal_condition: f64,
     },
+    /// The factors of the stiffness do not fit into memory.
+    #[error(
+        "scene: the factors of its stiffness, {size} by {size}, do not fit into the memory of this machine; mesh it more coarsely, or reduce its bodies first"
+    )]
+    Memory { size: usize },
     /// Modes are asked for in a combination in which one contact slides by a law of friction and another one sticks.
     #[error(
         "combination {combination:?}: friction of contact {contact} depends on slip speed and contact {stuck} sticks, so there is no steady state about which motions are linear"

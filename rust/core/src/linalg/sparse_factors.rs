@@ -5,11 +5,12 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::LuError;
 use faer::sparse::linalg::cholesky::{
     LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 use nalgebra::DMatrix;
 
@@ -110,9 +111,33 @@ pub(crate) struct SparseLu {
 /// Steps of the estimate of a condition; as a rule it does not change after the second.
 const CONDITION_STEPS: usize = 5;
 
+/// Why a matrix has no factors.
+#[derive(Debug, PartialEq)]
+pub(crate) enum NoFactors {
+    /// Its scaled reciprocal condition is too small; 0 if it is exactly singular.
+    Singular(f64),
+    /// They do not fit into the memory of the machine.
+    Memory,
+}
+
+impl From<LuError> for NoFactors {
+    fn from(error: LuError) -> Self {
+        match error {
+            LuError::SymbolicSingular { .. } => Self::Singular(0.0),
+            LuError::Generic(error) => Self::from(error),
+        }
+    }
+}
+
+impl From<FaerError> for NoFactors {
+    fn from(_: FaerError) -> Self {
+        Self::Memory
+    }
+}
+
 impl SparseLu {
-    /// The factors of a matrix if its scaled reciprocal condition is at least `least`; otherwise that condition.
-    pub fn new(matrix: &SparseMatrix, least: f64) -> Result<Self, f64> {
+    /// The factors of a matrix if its scaled reciprocal condition is at least `least`.
+    pub fn new(matrix: &SparseMatrix, least: f64) -> Result<Self, NoFactors> {
         let size = matrix.size();
         let largest =
             |row: usize| matrix.row(row).fold(0.0, |size: f64, entry| size.max(entry.1.abs()));
@@ -126,22 +151,22 @@ impl SparseLu {
         };
         let rows: Vec<f64> = (0..size).map(of_row).collect();
         if rows.iter().chain(&columns).any(|factor| !factor.is_finite()) {
-            return Err(0.0);
+            return Err(NoFactors::Singular(0.0));
         }
         let scaled = SparseMatrix::from_rows(size, |row, entries| {
             entries.extend(matrix.row(row).map(|(k, value)| (k, value * rows[row] * columns[k])));
         });
         // Compressed rows are the columns of the transpose.
         let transposed = self::columns(&scaled);
-        let pattern = SymbolicLu::try_new(transposed.symbolic()).map_err(|_| 0.0)?;
-        let factors = Lu::try_new_with_symbolic(pattern, transposed).map_err(|_| 0.0)?;
+        let pattern = SymbolicLu::try_new(transposed.symbolic())?;
+        let factors = Lu::try_new_with_symbolic(pattern, transposed)?;
         let found = Self { factors, rows, columns };
         let norm = (0..size).map(|row| scaled.row(row).map(|entry| entry.1.abs()).sum::<f64>());
         let condition = norm.fold(0.0, f64::max) * found.inverse_norm();
         match 1.0 / condition {
             reciprocal if reciprocal >= least => Ok(found),
-            reciprocal if reciprocal > 0.0 => Err(reciprocal),
-            _ => Err(0.0),
+            reciprocal if reciprocal > 0.0 => Err(NoFactors::Singular(reciprocal)),
+            _ => Err(NoFactors::Singular(0.0)),
         }
     }
 
@@ -262,7 +287,12 @@ mod tests {
             0 => entries.extend([(0, 1.0), (1, -1.0)]),
             _ => entries.extend([(1, -1.0), (2, 1.0)]),
         });
-        assert!(SparseLu::new(&loose, 1e-13).unwrap_err() < 1e-13);
-        assert_eq!(SparseLu::new(&SparseMatrix::diagonal(&[1.0, 0.0]), 1e-13).unwrap_err(), 0.0);
+        let Err(NoFactors::Singular(condition)) = SparseLu::new(&loose, 1e-13) else {
+            panic!("a singular matrix")
+        };
+        assert!(condition < 1e-13);
+        let none = SparseLu::new(&SparseMatrix::diagonal(&[1.0, 0.0]), 1e-13);
+        assert_eq!(none.unwrap_err(), NoFactors::Singular(0.0));
+        assert_eq!(NoFactors::from(LuError::Generic(FaerError::OutOfMemory)), NoFactors::Memory);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, smallest_relative_pivot, solve};
-use crate::linalg::sparse_factors::SparseLu;
+use crate::linalg::sparse_factors::{NoFactors, SparseLu};
 use crate::numerics::complementarity::{self, Complementarity, ENUMERATED};
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::Directions;
@@ -276,9 +276,11 @@ impl<'a> StaticContacts<'a> {
             .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
         let reduction = Reduction::with_massless(scene, &closed);
         let stiffness = reduction.sparse_matrix(&scene.stiffness);
-        let factors = SparseLu::new(&stiffness, SINGULAR).map_err(|reciprocal_condition| {
-            let combination = closed.to_string();
-            Error::SingularStiffness { combination, reciprocal_condition }
+        let factors = SparseLu::new(&stiffness, SINGULAR).map_err(|why| match why {
+            NoFactors::Singular(reciprocal_condition) => {
+                Error::SingularStiffness { combination: closed.to_string(), reciprocal_condition }
+            }
+            NoFactors::Memory => Error::Memory { size: stiffness.size() },
         })?;
         let rest = factors.solve(&reduction.force_constant(scene));
         let mut places = vec![0.0; scene.size];
