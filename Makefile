@@ -101,6 +101,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/band_modes.py --sizes 5000 10000 50000 $(INTO:%=--into %)
 	$(BIN)/python benchmarks/meshed_contact.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/reduced_growth.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/reduced_variants.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/reduced_cycles.py --sizes 420 1640 $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py

@@ -15,6 +15,8 @@ COUNTERPART = 0.05
 LEAST_RATIO = 1e-4
 #: Growth rates up to this part of |lambda| are rounding, as those of undamped modes.
 NEUTRAL = 1e-10
+#: What an eigenvalue without counterpart counts, in tolerances.
+LOST = 1e9
 #: Eigenvalues up to this part of the largest one are compared with this part: they can be zero.
 ZERO = 1e-9
 
@@ -37,9 +39,13 @@ class Agreement:
     outside: Complex
 
     def excess(self, tolerance: float, growth_tolerance: float) -> float:
-        """Return the largest ratio of an error and its tolerance; infinite if a mode has no counterpart."""
-        if self.spurious.size or np.isinf(self.frequency).any():
-            return np.inf
+        """Return the largest ratio of an error and its tolerance.
+
+        Eigenvalues of which only one of the two scenes has a counterpart count `LOST` each.
+        """
+        lost = self.spurious.size + np.count_nonzero(np.isinf(self.frequency))
+        if lost:
+            return LOST * lost
         return float(max(self.frequency.max() / tolerance, self.growth.max() / growth_tolerance))
 
     def lacking(self, tolerance: float, growth_tolerance: float) -> str:
