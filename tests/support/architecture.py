@@ -37,7 +37,8 @@ def modules(root):
     """Return the files of a package by their dotted name; the stub of the core is a file of its own."""
     found = {}
     for file in sorted([*root.rglob("*.py"), root / "_core.pyi"]):
-        if file.exists():
+        # `python -m stickslip` is the command line.
+        if file.exists() and file.name != "__main__.py":
             parts = file.relative_to(root.parent).with_suffix("").parts
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
     return found
