@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     "--certify/--no-certify",
     default=True,
     show_default=True,
-    help="With --band: whether missing modes are counted, which takes as long again.",
+    help="With --band: whether missing modes are counted, which takes longer than their search.",
 )
 @click.option(
     "--near",

@@ -2,9 +2,8 @@
 
 use std::ops::Deref;
 use std::slice;
-use std::sync::OnceLock;
 
-use crate::linalg::sparse::{SparseMatrix, sum_of, summed};
+use crate::linalg::sparse::{SparseMatrix, sum_of};
 
 /// `q_coordinate = constant + sum_k weight_k q_k`
 #[derive(Debug, Clone)]
@@ -17,42 +16,36 @@ pub(crate) struct Slaved {
 
 /// All coordinates of a scene that follow others, ascending; none of these is followed.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct SlavedCoordinates {
-    all: Vec<Slaved>,
-    /// R without indices, where all follow the same masters.
-    dense: OnceLock<Option<DenseRows>>,
-}
+pub(crate) struct SlavedCoordinates(Vec<Slaved>);
 
 impl SlavedCoordinates {
     /// In any order.
     pub fn new(mut slaved: Vec<Slaved>) -> Self {
         slaved.sort_by_key(|one| one.coordinate);
-        Self { all: slaved, dense: OnceLock::new() }
+        Self(slaved)
     }
 
     /// What a coordinate follows, if it does.
     pub fn find(&self, coordinate: usize) -> Option<&Slaved> {
-        let place = self.all.binary_search_by_key(&coordinate, |one| one.coordinate);
-        place.ok().map(|place| &self.all[place])
+        let place = self.0.binary_search_by_key(&coordinate, |one| one.coordinate);
+        place.ok().map(|place| &self.0[place])
     }
 
     /// About how many numbers they hold: an index stands beside each factor.
     pub fn numbers(&self) -> usize {
-        let dense =
-            self.dense.get().and_then(Option::as_ref).map_or(0, |dense| dense.factors.len());
-        2 * self.all.iter().map(|one| one.terms.len()).sum::<usize>() + dense
+        2 * self.0.iter().map(|one| one.terms.len()).sum::<usize>()
     }
 
     /// Brings positions up to date with those of the masters.
     pub fn follow(&self, q: &mut [f64]) {
-        for Slaved { coordinate, constant, terms } in &self.all {
+        for Slaved { coordinate, constant, terms } in &self.0 {
             q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
         }
     }
 
     /// The same of velocities, and of any other difference of positions.
     pub fn follow_rates(&self, u: &mut [f64]) {
-        for Slaved { coordinate, terms, .. } in &self.all {
+        for Slaved { coordinate, terms, .. } in &self.0 {
             u[*coordinate] = terms.iter().map(|&(k, weight)| weight * u[k]).sum();
         }
     }
@@ -62,9 +55,6 @@ impl SlavedCoordinates {
         let constants =
             terms.iter().filter_map(|&(k, weight)| Some(weight * self.find(k)?.constant));
         let constant = constants.fold(0.0, |sum, part| sum + part);
-        if let Some(dense) = self.dense.get_or_init(|| DenseRows::new(&self.all)) {
-            return (dense.pulled_back(&self.all, terms), constant);
-        }
         let parts: Vec<(f64, &[(usize, f64)])> = terms
             .iter()
             .map(|term| match self.find(term.0) {
@@ -92,15 +82,15 @@ impl SlavedCoordinates {
     /// The same relations with `coordinate` a master in place of `given`, which it contains with the weight `pivot`; constants
     /// are zero.
     pub fn exchanged(mut self, coordinate: usize, given: usize, pivot: f64) -> Self {
-        let Ok(index) = self.all.binary_search_by_key(&coordinate, |one| one.coordinate) else {
+        let Ok(index) = self.0.binary_search_by_key(&coordinate, |one| one.coordinate) else {
             return self;
         };
-        let others = self.all[index].terms.iter().filter(|term| term.0 != given);
+        let others = self.0[index].terms.iter().filter(|term| term.0 != given);
         let terms = std::iter::once((coordinate, 1.0 / pivot))
             .chain(others.map(|&(k, factor)| (k, -factor / pivot)))
             .collect();
         let solved = Slaved { coordinate: given, constant: 0.0, terms };
-        for other in &mut self.all {
+        for other in &mut self.0 {
             let Some(position) = other.terms.iter().position(|term| term.0 == given) else {
                 continue;
             };
@@ -114,62 +104,8 @@ impl SlavedCoordinates {
             }
             other.terms.retain(|term| term.1.abs() > f64::EPSILON * size);
         }
-        self.all[index] = solved;
-        Self::new(self.all)
-    }
-}
-
-/// Rows of R over the masters that all of many coordinates follow.
-#[derive(Debug, Clone)]
-struct DenseRows {
-    /// Ascending.
-    masters: Vec<usize>,
-    /// One row after the other.
-    factors: Vec<f64>,
-}
-
-impl DenseRows {
-    /// Coordinates from which on sums without indices are quicker.
-    const FEWEST: usize = 16;
-
-    /// None unless there are many coordinates, and all follow the same masters.
-    fn new(all: &[Slaved]) -> Option<Self> {
-        let masters: Vec<usize> = all.first()?.terms.iter().map(|term| term.0).collect();
-        let same = |one: &Slaved| one.terms.iter().map(|term| term.0).eq(masters.iter().copied());
-        let many = all.len() >= Self::FEWEST && masters.len() >= Self::FEWEST;
-        if !(many && masters.is_sorted() && all.iter().all(same)) {
-            return None;
-        }
-        let factors = all.iter().flat_map(|one| one.terms.iter().map(|term| term.1)).collect();
-        Some(Self { masters, factors })
-    }
-
-    /// See [`SlavedCoordinates::pulled_back`]; the terms of one coordinate are added up in the same order.
-    fn pulled_back(&self, all: &[Slaved], terms: &[(usize, f64)]) -> Vec<(usize, f64)> {
-        // Negative zero leaves the first term as it is.
-        let mut sums = vec![-0.0; self.masters.len()];
-        let mut there = vec![false; self.masters.len()];
-        let mut others = Vec::new();
-        for &(k, weight) in terms {
-            if let Ok(place) = all.binary_search_by_key(&k, |one| one.coordinate) {
-                let row = &self.factors[place * sums.len()..(place + 1) * sums.len()];
-                sums.iter_mut().zip(row).for_each(|(sum, factor)| *sum += weight * factor);
-                there.fill(true);
-            } else if let Ok(place) = self.masters.binary_search(&k) {
-                sums[place] += weight;
-                there[place] = true;
-            } else {
-                others.push((k, weight));
-            }
-        }
-        let found = self.masters.iter().zip(&sums).zip(&there);
-        let found = found.filter_map(|((&k, &sum), &there)| there.then_some((k, sum)));
-        if others.is_empty() {
-            return found.collect();
-        }
-        others.extend(found);
-        summed(&mut others);
-        others
+        self.0[index] = solved;
+        Self::new(self.0)
     }
 }
 
@@ -177,7 +113,7 @@ impl Deref for SlavedCoordinates {
     type Target = [Slaved];
 
     fn deref(&self) -> &[Slaved] {
-        &self.all
+        &self.0
     }
 }
 
@@ -194,31 +130,28 @@ mod tests {
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
     #[test]
-    fn sums_of_many_followers_are_the_same_with_and_without_indices_and_take_their_own_room() {
-        let followers = |masters: usize| -> Vec<Slaved> {
-            (0..40)
-                .map(|i| Slaved {
-                    coordinate: 2 * i,
-                    constant: 0.1 * i as f64,
-                    terms: (0..masters)
-                        .map(|j| (81 + j, (i as f64 - 3.7 * j as f64).sin()))
-                        .collect(),
-                })
-                .collect()
+    fn sums_of_many_followers_take_the_room_of_their_masters() {
+        let follower = |i: usize| Slaved {
+            coordinate: 2 * i,
+            constant: 0.1 * i as f64,
+            terms: (0..30).map(|j| (81 + j, (i as f64 - 3.7 * j as f64).sin())).collect(),
         };
-        let plain = SlavedCoordinates { dense: OnceLock::from(None), all: followers(30) };
-        let dense = SlavedCoordinates::new(followers(30));
+        let slaved = SlavedCoordinates::new((0..40).map(follower).collect());
         let terms: Vec<_> = (0..115).map(|k| (k, (1.3 * k as f64).cos())).collect();
-        for chosen in [&terms[..], &terms[..80], &terms[81..90], &terms[1..2], &[]] {
-            assert_eq!(dense.pulled_back(chosen), plain.pulled_back(chosen));
+        let (sums, constant) = slaved.pulled_back(&terms);
+        let mut expected = [0.0; 115];
+        for &(k, weight) in &terms {
+            match slaved.find(k) {
+                None => expected[k] += weight,
+                Some(one) => one.terms.iter().for_each(|&(j, of)| expected[j] += weight * of),
+            }
         }
-        assert!(dense.dense.get().is_some_and(Option::is_some));
-        let (sums, _) = plain.pulled_back(&terms);
+        // 30 masters, 41 coordinates between followers, and 4 that none follows.
         assert_eq!(sums.len(), 75);
+        assert!(sums.iter().all(|&(k, sum)| sum == expected[k]));
         assert!(sums.capacity() <= 2 * sums.len());
-        assert!(DenseRows::new(&followers(10)).is_none());
-        let uneven = [followers(30), followers(29)].concat();
-        assert!(DenseRows::new(&uneven).is_none());
+        let constants = (0..40).map(|i| terms[2 * i].1 * 0.1 * i as f64);
+        assert!((constant - constants.sum::<f64>()).abs() < 1e-13);
     }
 
     fn contact(tangential: Vec<(usize, f64)>, normal: Vec<(usize, f64)>) -> ContactInput {
