@@ -94,8 +94,8 @@ pub(crate) fn coordinates_at(
             Status::Sticking => slip.abs() <= speed_tolerance,
             // It follows from forces.
             _ if scene.creeps(contact) => status.friction_sign() * slip <= speed_tolerance,
-            Status::Positive => slip <= 0.0 || law.static_friction == 0.0,
-            _ => slip >= 0.0 || law.static_friction == 0.0,
+            Status::Positive => slip <= 0.0 || !scene.has_direction(contact),
+            _ => slip >= 0.0 || !scene.has_direction(contact),
         };
         if !consistent {
             return Err(violated("velocity", "slip velocity", slip));
@@ -143,7 +143,7 @@ pub(crate) fn coordinates_at(
         let slip = u[law.tangential] - law.slider_speed;
         // Without mass, what sticks may also be at rest by its place alone.
         let held = status == Status::Sticking || law.tangential_has_mass();
-        if slip == 0.0 && law.static_friction > 0.0 && held {
+        if slip == 0.0 && scene.has_direction(contact) && held {
             let (friction, _) = force_as(&at_slip, &state.combination, contact, Status::Sticking);
             let required = friction.value(&q, &u);
             let limit = law.static_friction * normal_force;

@@ -165,7 +165,7 @@ fn of_contact(
                 true => Functional::sum([(sign, &friction), (-law.friction, &normal)].into_iter()),
                 false => slip_velocity(scene, contact).scaled(-sign),
             };
-            let slip = (law.static_friction > 0.0).then(|| function(EventKind::Velocity, slip()));
+            let slip = scene.has_direction(contact).then(|| function(EventKind::Velocity, slip()));
             // A given normal force does not vanish.
             let release = law.opens().then(|| EventFunction {
                 forces: vec![(n, 1.0)],

@@ -162,6 +162,7 @@ pub(crate) fn continuous(
     scene: &Scene,
     contact: usize,
     trigger: EventKind,
+    before: Status,
 ) -> Option<(Status, Departure)> {
     let law = &scene.contacts[contact];
     let onset = if law.static_friction > law.friction { 1 } else { 2 };
@@ -169,6 +170,10 @@ pub(crate) fn continuous(
         EventKind::Release => Some((Status::Detached, Departure::Gap(3))),
         EventKind::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
         EventKind::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
+        // Friction vanishes with slip, and only its sign changes.
+        EventKind::Velocity if scene.reverses(contact) => {
+            Some((before.reversed(), Departure::Slip(1)))
+        }
         _ => None,
     }
 }

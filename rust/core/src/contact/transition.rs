@@ -223,7 +223,7 @@ fn settle_contact(
     u: &[f64],
 ) -> Result<(Status, Departure), RunFailure> {
     let law = &scene.contacts[contact];
-    if let Some(settled) = trigger.and_then(|trigger| continuous(scene, contact, trigger)) {
+    if let Some(settled) = trigger.and_then(|trigger| continuous(scene, contact, trigger, before)) {
         return Ok(settled);
     }
     if trigger == Some(EventKind::Impact) && u[law.normal] > 0.0 {
@@ -233,20 +233,20 @@ fn settle_contact(
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
     }
-    if law.static_friction == 0.0 && before.is_sliding() && trigger.is_none() {
+    if !scene.has_direction(contact) && before.is_sliding() && trigger.is_none() {
         // Its letter says nothing, and no event elsewhere changes it.
         return Ok((before, Departure::None));
     }
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
         return Ok((status, Departure::None));
     }
-    if law.static_friction == 0.0 {
+    if !scene.has_direction(contact) {
         let status = if before.is_sliding() { before } else { Status::Positive };
         return Ok((status, Departure::None));
     }
     let required_friction = scene.reaction_value(law.tangential, q, u);
     let limit = law.static_friction * normal_force;
-    if required_friction.abs() <= limit {
+    if required_friction.abs() <= limit && law.static_friction > 0.0 {
         Ok((Status::Sticking, Departure::None))
     } else if required_friction > limit {
         Ok((Status::Positive, Departure::Slip(1)))

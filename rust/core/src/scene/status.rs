@@ -50,6 +50,15 @@ impl Status {
         matches!(self, Status::Positive | Status::Negative)
     }
 
+    /// The other direction of sliding; any other status is its own opposite.
+    pub const fn reversed(self) -> Self {
+        match self {
+            Status::Positive => Status::Negative,
+            Status::Negative => Status::Positive,
+            other => other,
+        }
+    }
+
     /// T / (mu N) of a sliding contact, 0 otherwise.
     pub const fn friction_sign(self) -> f64 {
         match self {

@@ -60,21 +60,21 @@ impl Coupled<'_> {
         self.solve(&gathered, problem, Level::Accelerations, q, u)
     }
 
-    /// Whether the forces of a solution leave the slip velocity of a contact a rate, beyond the rounding of its terms.
-    pub fn moves(
+    /// The rate that the forces of a solution leave the slip velocity of a contact, m/s^2; 0 within the rounding of its terms.
+    pub fn slip_rate(
         &self,
         contact: usize,
         problem: &[Touching],
         solution: &Solution,
         q: &[f64],
         u: &[f64],
-    ) -> bool {
+    ) -> f64 {
         let row = 2 * contact;
         let pushed = rows(problem).zip(&solution.forces).map(|(k, force)| self.w[(row, k)] * force);
         let reactions = self.reactions(q, u);
         let terms = self.accelerations(row, q, &reactions).chain(pushed);
         let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), a| (sum + a, size + a.abs()));
-        sum.abs() > AT_REST * size
+        if sum.abs() > AT_REST * size { sum } else { 0.0 }
     }
 
     /// The terms of the acceleration that a row (tangential, normal) has without contact forces.

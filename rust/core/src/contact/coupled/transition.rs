@@ -43,7 +43,8 @@ pub(crate) fn settle_coupled(
     let mut problem: Vec<Touching> = Vec::new();
     for (i, law) in contacts.iter().enumerate() {
         let trigger = of_contact(triggers, i);
-        let settled = trigger.and_then(|trigger| continuous(coupled.scene, i, trigger));
+        let settled =
+            trigger.and_then(|trigger| continuous(coupled.scene, i, trigger, statuses[i]));
         if let Some(settled) = settled {
             outcome[i] = settled;
             forces_jump |= settled.0.is_sliding() && law.static_friction > law.friction;
@@ -67,7 +68,8 @@ pub(crate) fn settle_coupled(
     if forces_jump && !problem.is_empty() {
         let solution = coupled.accelerate(&problem, q, u)?;
         let is_pushed = |i: usize, departure: Departure| {
-            departure == Departure::Slip(2) && coupled.moves(i, &problem, &solution, q, u)
+            departure == Departure::Slip(2)
+                && coupled.slip_rate(i, &problem, &solution, q, u) != 0.0
         };
         for (&(i, sliding), &status) in problem.iter().zip(&solution.statuses) {
             outcome[i] = match status {
@@ -76,6 +78,10 @@ pub(crate) fn settle_coupled(
                 // A contact that slips goes on; the onset of slip keeps its multiplicity unless a jump of the forces pushes
                 // the contact.
                 _ if sliding.is_some() && !is_pushed(i, outcome[i].1) => (status, outcome[i].1),
+                _ if coupled.scene.reverses(i) => {
+                    let rate = coupled.slip_rate(i, &problem, &solution, q, u);
+                    (sliding_status(rate).unwrap_or(status), Departure::Slip(1))
+                }
                 _ => (status, Departure::Slip(1)),
             };
         }

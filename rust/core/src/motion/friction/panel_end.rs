@@ -15,6 +15,9 @@ const AT_BORDER: f64 = 16.0;
 /// The same, relative to the border, where slip has no mass: S is solved for, with the rounding of forces.
 const AT_BORDER_OF_FLOW: f64 = 1e-12;
 
+/// How far below a slip speed a law is looked at to tell a zero of its own there from the rounding of one at rest.
+const BELOW: f64 = 1e-3;
+
 /// Speeds over which a law changes, relative to the motion, below which a panel without a bound lacks it for them.
 const NARROW: f64 = 1e-9;
 
@@ -157,7 +160,15 @@ impl LawMotion {
                 FrictionLaw::Formula(_) => {
                     let mut mu = [0.0; ROW];
                     mu[..COEFFICIENTS].copy_from_slice(&series.excess);
-                    mu[0] += one.law.value(0.0);
+                    let mu_at_rest = one.law.value(0.0);
+                    mu[0] += mu_at_rest;
+                    // Where mu vanishes with slip, the event of the slip ends the phase.
+                    let comes_to_rest = |root: f64| {
+                        let slip = slip_at(&series.slip, root);
+                        let below = (slip * (1.0 - BELOW)).max(0.0);
+                        let falls = slip < slip_at(&series.slip, root * (1.0 - BELOW));
+                        mu_at_rest == 0.0 && falls && one.law.value(below) >= 0.0
+                    };
                     let LawBounds { truncation, rounding, .. } = bounds.law;
                     let error = truncation + rounding;
                     if mu[0] - (size(&series.excess) - series.excess[0].abs()) > error {
@@ -166,6 +177,7 @@ impl LawMotion {
                     let search = FirstRoot { polynomial: &mu, error, end: first };
                     if let Verdict::Crossing { root, .. } = self.unit.run(search)
                         && root > 0.0
+                        && !comes_to_rest(root)
                     {
                         first = root;
                         (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
@@ -178,6 +190,11 @@ impl LawMotion {
             self.shorten(first);
         }
     }
+}
+
+/// The slip speed at a part of the panel.
+fn slip_at(slip: &[f64; COEFFICIENTS], at: f64) -> f64 {
+    slip.iter().rev().fold(0.0, |sum, c| sum * at + c)
 }
 
 /// The distance from a border within which a slip speed is at it.

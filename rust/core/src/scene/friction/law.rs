@@ -180,7 +180,10 @@ impl FrictionLaw {
     pub(crate) fn validate(&self, contact: usize) -> Result<(), Error> {
         let checks: Vec<Check> = match self {
             &Self::Linear { at_rest, slope } => {
-                vec![("mu0", at_rest, ">= 0", at_rest >= 0.0), ("slope", slope, "finite", true)]
+                vec![
+                    ("mu0", at_rest, ">= 0", at_rest >= 0.0),
+                    ("slope", slope, ">= 0 where mu0 is 0", at_rest != 0.0 || slope >= 0.0),
+                ]
             }
             &Self::Decaying { at_rest, kinetic, speed, viscous, .. } => vec![
                 ("static", at_rest, ">= 0", at_rest >= 0.0),
@@ -202,6 +205,18 @@ impl FrictionLaw {
                     ("formula: mu at rest", value, ">= 0", value >= 0.0),
                     ("formula: its slope at rest", first, "finite", true),
                     ("formula: its curvature at rest", second, "finite", true),
+                    (
+                        "formula: its slope at rest",
+                        first,
+                        ">= 0 where mu is 0",
+                        value != 0.0 || first >= 0.0,
+                    ),
+                    (
+                        "formula: its curvature at rest",
+                        second,
+                        ">= 0 where mu and its slope are 0",
+                        value != 0.0 || first != 0.0 || second >= 0.0,
+                    ),
                 ]
             }
         };

@@ -75,6 +75,18 @@ impl Scene {
         self.friction_law(contact).is_some() && !self.contacts[contact].tangential_has_mass()
     }
 
+    /// Whether a contact never sticks and its slip still has an event where it changes its sign: friction vanishes at rest, and
+    /// `-mu(|s|) N sgn s` is no analytic function of s. A line through zero is one, without events.
+    pub(crate) fn reverses(&self, contact: usize) -> bool {
+        self.contacts[contact].static_friction == 0.0
+            && self.friction_law(contact).is_some_and(|law| law.linear().is_none())
+    }
+
+    /// Whether the sign of slip makes a difference to a contact.
+    pub(crate) fn has_direction(&self, contact: usize) -> bool {
+        self.contacts[contact].static_friction > 0.0 || self.reverses(contact)
+    }
+
     /// The velocity of the tangential coordinate of such a contact that slides in a direction, from the balance of its forces:
     ///
     /// ```text
