@@ -140,3 +140,11 @@ def test_the_direction_of_a_start_is_checked() -> None:
 def test_a_law_that_falls_from_zero_is_refused(formula: Callable[[float], float], message: str) -> None:
     with pytest.raises(ss.InputError, match=message):
         belt(ss.friction.Law(formula), 0.1)
+
+
+def test_slip_without_mass_needs_friction_at_rest() -> None:
+    contact = ss.Contact(
+        tangential=0, normal_force=1.0, tangential_stiffness=50.0, friction=ss.friction.Law("s + s**3")
+    )
+    with pytest.raises(ss.InputError, match="friction: must be > 0 at rest, or a line through 0"):
+        ss.Scene([1.0], [[2.0]], contacts=[contact])

@@ -178,6 +178,7 @@ fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (St
     match sliding_status(-required) {
         _ if !scene.has_direction(contact) => (Status::Positive, Departure::Force(1)),
         Some(status) => (status, Departure::SlipAndForce),
+        None if law.static_friction == 0.0 => (Status::Positive, Departure::Force(1)),
         None => (Status::Sticking, Departure::Force(1)),
     }
 }

@@ -19,7 +19,7 @@ impl Scene {
     /// of the contacts has to be their law at rest.
     ///
     /// Where slip has no mass, the slip speed follows from the friction force by a law that rises; one that falls is refused,
-    /// and one that is constant is a number.
+    /// and one that is constant is a number. A law that vanishes at rest has to be a line there.
     pub fn with_friction_laws(mut self, mut laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
         let (given, expected) = (laws.len(), self.contacts.len());
         if given != expected {
@@ -36,6 +36,12 @@ impl Scene {
                 *given = None;
             } else if law.rises_until().is_none() {
                 return Err(Error::LawWithoutMass { contact, falls: law.falls() });
+            } else if self.contacts[contact].static_friction == 0.0 && law.linear().is_none() {
+                return Err(Error::Range {
+                    argument: format!("contact {contact}: friction"),
+                    requirement: "> 0 at rest, or a line through 0, where slip has no mass",
+                    value: law.value(0.0),
+                });
             }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
