@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import stickslip as ss
 
@@ -108,3 +109,31 @@ def test_every_table_is_a_law() -> None:
         contact = ss.Contact(tangential=0, normal_force=1.0, friction=table)
         scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
         assert scene.contacts[0].friction == table
+
+
+def test_a_polynomial_has_a_bound_where_slip_has_no_mass() -> None:
+    """Its series holds everywhere, and the tube of its slope is finite all the same."""
+
+    def law(speed: float) -> float:
+        return 0.01 + 0.3 * speed + 0.4 * speed**3
+
+    contact = ss.Contact(
+        tangential=0,
+        normal_force=1.0,
+        tangential_stiffness=50.0,
+        friction=ss.friction.Law(law),
+        slider_speed=0.1,
+    )
+    scene = ss.Scene([1.0], [[2.0]], damping=[[0.0]], contacts=[contact])
+    run = ss.simulate(scene, 3.0, ss.State([0.5], [0.0], "+"))
+    assert run.duration == 3.0
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        friction = 50.0 * (y[0] - y[2])
+        held = abs(friction) <= law(0.0)
+        speed = 0.0 if held else brentq(lambda s: law(s) - abs(friction), 0.0, 100.0, xtol=1e-16)
+        return [y[1], -2.0 * y[0] - friction, 0.1 + np.sign(friction) * speed]
+
+    start = [0.5, 0.0, 0.5 + law(0.1) / 50.0]
+    exact = solve_ivp(rates, (0.0, 3.0), start, "LSODA", rtol=1e-10, atol=1e-12, max_step=0.01)
+    assert abs(run.state(3.0).position[0] - exact.y[0, -1]) < 1e-8

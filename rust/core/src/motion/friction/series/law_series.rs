@@ -152,7 +152,13 @@ impl LawSeries {
     pub fn tube(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Linear { .. } => f64::MAX,
-            FrictionLaw::Decaying { .. } | FrictionLaw::Formula(_) => 5e-2 * self.reach(law),
+            FrictionLaw::Decaying { .. } | FrictionLaw::Formula(_) => {
+                match 5e-2 * self.reach(law) {
+                    tube if tube.is_finite() => tube,
+                    // Where a polynomial has a series everywhere, its slope still changes with S.
+                    _ => 5e-2 * (self.slip[0].abs() + self.range()),
+                }
+            }
             // The last piece is level, and slip without mass never is on it: no neighbourhood has a bound.
             FrictionLaw::Tabulated(table) => match table.speeds[self.piece..] {
                 [low, high, ..] => 1e-3 * (high - low),
