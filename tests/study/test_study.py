@@ -27,7 +27,7 @@ from scipy import stats
 import stickslip as ss
 import study_models as models
 from stickslip.study import GaussianCopula, Output
-from stickslip.study.run import runners, store
+from stickslip.study.run import identity, runners, store
 from stickslip.study.sample import evaluation
 from stickslip.study.sample.fingerprint import described_function
 from stickslip.study.samplers import unit_design
@@ -252,6 +252,28 @@ def test_another_machine_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(store.Layout, "__init__", elsewhere)
     with pytest.warns(UserWarning, match="another machine.*extensions"):
+        models.verdicts().run(tmp_path / "x.zarr")
+
+
+def released_as(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+    installed = identity.versions()
+    monkeypatch.setattr(identity, "versions", lambda: {**installed, "stickslip": version})
+
+
+def test_a_store_survives_a_patch_release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    released_as(monkeypatch, "1.2.3")
+    begun = models.verdicts().run(tmp_path / "x.zarr")
+    released_as(monkeypatch, "1.2.10")
+    with pytest.warns(UserWarning, match=r'another patch release.*stickslip: "1.2.10" here, "1.2.3" there'):
+        continued = models.verdicts().run(tmp_path / "x.zarr")
+    assert continued.equals(begun)
+
+
+def test_a_store_of_another_minor_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    released_as(monkeypatch, "1.2.3")
+    models.verdicts().run(tmp_path / "x.zarr")
+    released_as(monkeypatch, "1.3.0")
+    with pytest.raises(ss.InputError, match=r'another study; version: "1.3" here, "1.2" there'):
         models.verdicts().run(tmp_path / "x.zarr")
 
 

@@ -398,7 +398,7 @@ class Study:
             "settings": {
                 name: repr(value) if name == "start" else value for name, value in vars(self.settings).items()
             },
-            "version": identity.versions()["stickslip"],
+            "version": identity.release_series(),
         }
 
     def __repr__(self) -> str:

@@ -64,7 +64,16 @@ def machine() -> dict[str, Any]:
         "extensions": extensions,
         "libc": " ".join(platform.libc_ver()),
         "python": platform.python_version(),
+        "stickslip": versions()["stickslip"],
     }
+
+
+def release_series() -> str:
+    """Return the major and the minor version of this package.
+
+    Releases that differ in the patch number alone compute the same quantities, if not the same last bits.
+    """
+    return ".".join(versions()["stickslip"].split(".")[:2])
 
 
 def versions() -> dict[str, str]:

@@ -247,7 +247,8 @@ class ZarrStore(Store):
         self._compare_design(group)
         for difference in differences(self.layout.machine, machine):
             warnings.warn(
-                f"store: {self.path} was begun on another machine, so last bits may differ; {difference}",
+                f"store: {self.path} was begun on another machine or by another patch release, so last bits "
+                f"may differ; {difference}",
                 stacklevel=2,
             )
         return group
