@@ -50,7 +50,8 @@ pub(crate) fn settle_coupled(
             forces_jump |= settled.0.is_sliding() && law.static_friction > law.friction;
         }
         let arrived = trigger == Some(EventKind::Accumulation) || struck.contains(&i) || joins(i);
-        forces_jump |= trigger == Some(EventKind::Velocity) || arrived;
+        let ends_sliding = trigger == Some(EventKind::Velocity) && settled.is_none();
+        forces_jump |= ends_sliding || arrived;
         let touching = statuses[i].is_closed() || arrived;
         if touching && u[law.normal] > 0.0 {
             outcome[i] = (Status::Detached, Departure::Gap(1));

@@ -176,10 +176,9 @@ fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (St
     }
     let required = scene.reaction_value(law.tangential, q, u);
     match sliding_status(-required) {
-        _ if !scene.has_direction(contact) => (Status::Positive, Departure::Force(1)),
-        Some(status) => (status, Departure::SlipAndForce),
-        None if law.static_friction == 0.0 => (Status::Positive, Departure::Force(1)),
-        None => (Status::Sticking, Departure::Force(1)),
+        Some(status) if scene.has_direction(contact) => (status, Departure::SlipAndForce),
+        None if law.static_friction > 0.0 => (Status::Sticking, Departure::Force(1)),
+        _ => (Status::Positive, Departure::Force(1)),
     }
 }
 
