@@ -10,6 +10,7 @@ import scipy.sparse
 
 import matrix_files
 import stickslip as ss
+from stickslip.fe.formats.deck import read_deck
 
 CALCULIX = Path(__file__).parent / "calculix"
 FILES = [CALCULIX / f"pad{suffix}" for suffix in (".sti", ".mas", ".dof")]
@@ -217,3 +218,108 @@ def test_names_of_dofs_are_made_once():
     assert body.names is body.names
     held = body.held([body.names[0]])
     assert held.names == body.names[1:]
+
+
+#: A set of the lower face, and the same face as S1 of the three lower elements, by a set and by number.
+NAMED = """*NSET, NSET=Lower, GENERATE
+1, 8, 1
+*NSET, NSET=BOTH
+LOWER
+1, 2
+*ELSET, ELSET=ROW, GENERATE
+1, 2, 1
+*SURFACE, NAME=rubbing
+ROW, S1
+3, S1
+*SURFACE, NAME=NODES, TYPE=NODE
+LOWER
+*SURFACE, NAME=EDGE, TYPE=NODE
+1
+2
+999
+*SURFACE, NAME=SHAFT, TYPE=CYLINDER
+START, 0., 1.
+*SURFACE, NAME=WHOLE
+BLOCK"""
+
+
+def test_sets_and_surfaces_of_a_deck_are_surfaces_of_the_body(deck):
+    pad = deck(cards=NAMED)
+    given = pad.surface(FACE)
+    for name in ("LOWER", "BOTH", "RUBBING", "NODES"):
+        found = pad.surface(name)
+        assert found.numbers.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+        np.testing.assert_allclose(found.normals, given.normals, atol=1e-15)
+        assert found.pressure(2.0) == pytest.approx(given.pressure(2.0), rel=1e-14)
+    edge = pad.surface("EDGE")
+    assert (edge.numbers.tolist(), edge.facets) == ([1, 2], None)
+    assert any(note.startswith("not read: surfaces SHAFT, WHOLE: none of faces S1") for note in pad.notes)
+    with pytest.raises(ss.InputError, match="unknown 'SHAFT'"):
+        pad.surface("SHAFT")
+
+
+def test_given_surfaces_go_before_those_of_a_deck(tmp_path):
+    path = tmp_path / "pad.inp"
+    path.write_text((CALCULIX / "pad.inp").read_text() + NAMED + "\n")
+    body = ss.fe.read(*FILES, mesh=path, surfaces={"LOWER": BACK})
+    assert body.surface("LOWER").numbers.tolist() == [17, 18, 21, 22]
+    assert body.surface("RUBBING").numbers.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+
+
+@pytest.mark.parametrize(
+    ("kind", "points", "faces"),
+    [
+        (
+            "C3D4",
+            [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+            {"S1": {1, 2, 3}, "S2": {1, 4, 2}, "S3": {2, 4, 3}, "S4": {3, 4, 1}},
+        ),
+        (
+            "C3D6",
+            [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+            {"S1": {1, 2, 3}, "S2": {4, 6, 5}, "S3": {1, 4, 5, 2}, "S4": {2, 5, 6, 3}, "S5": {3, 6, 4, 1}},
+        ),
+        (
+            "C3D8R",
+            [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
+            {
+                "S1": {1, 2, 3, 4}, "S2": {5, 8, 7, 6}, "S3": {1, 5, 6, 2},
+                "S4": {2, 6, 7, 3}, "S5": {3, 7, 8, 4}, "S6": {4, 8, 5, 1},
+            },
+        ),
+    ],
+)  # fmt: skip
+def test_faces_of_solid_elements_have_the_numbers_of_the_manual(tmp_path, kind, points, faces):
+    """Abaqus 2023, Elements Guide, three-dimensional solid elements: element faces; CalculiX has the same."""
+    nodes = [f"{k + 1}, {', '.join(map(str, where))}" for k, where in enumerate(points)]
+    element = f"7, {', '.join(str(k + 1) for k in range(len(points)))}"
+    cards = [line for face in faces for line in (f"*SURFACE, NAME={face}", f"7, {face}")]
+    path = tmp_path / "one.inp"
+    path.write_text("\n".join(["*NODE", *nodes, f"*ELEMENT, TYPE={kind}", element, *cards]) + "\n")
+    size = 3 * len(points)
+    dofs = [f"{node + 1}.{k}" for node in range(len(points)) for k in (1, 2, 3)]
+    np.savez(tmp_path / "a.npz", K=np.eye(size), M=np.eye(size), dofs=dofs)
+    body = ss.fe.read(tmp_path / "a.npz", mesh=path)
+    middle = np.mean(points, axis=0)
+    for name, corners in faces.items():
+        surface = body.surface(name)
+        assert set(surface.numbers.tolist()) == corners
+        assert (np.einsum("ij,ij->i", surface.normals, surface.points - middle) > 0.0).all()
+
+
+def test_a_mesh_that_meshio_cannot_read_is_told(tmp_path):
+    """Its own answer is the end of the process."""
+    path = tmp_path / "pad.inp"
+    path.write_text((CALCULIX / "pad.inp").read_text() + "*NSET, NSET=A, GENERATE\n1, 8\n")
+    with pytest.raises(ss.InputError, match=r"pad\.inp: meshio cannot read it"):
+        ss.fe.read(*FILES, mesh=path)
+
+
+def test_an_element_goes_on_in_the_next_line_and_needs_all_its_nodes(tmp_path):
+    path = tmp_path / "a.inp"
+    head = "*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D8\n7, 1, 2, 3, 4, 5,\n6, 7"
+    path.write_text(f"{head}, 8\n*SURFACE, NAME=UP\n7, S2\n")
+    assert read_deck(path).faces == {"UP": [(5, 8, 7, 6)]}
+    path.write_text(head)
+    with pytest.raises(ss.InputError, match=r"a\.inp, line 3: expected a number and 8 nodes of each C3D8"):
+        read_deck(path)

@@ -46,11 +46,16 @@ class Mesh:
 
     def faces(self) -> list[NDArray[np.int64]]:
         """Return the faces that bound the cells, of plane cells the cells, as node places around each."""
-        found: dict[frozenset[int], NDArray[np.int64] | None] = {}
-        for kind, cells in self.cells.items():
-            for corners in FACES.get(kind, ()):
-                for face in cells[:, list(corners)]:
-                    key = frozenset(face.tolist())
-                    # A face of two cells lies inside.
-                    found[key] = None if key in found else face
-        return [face for face in found.values() if face is not None]
+        return boundary_faces(self.cells)
+
+
+def boundary_faces(cells: Mapping[str, NDArray[np.int64]]) -> list[NDArray[np.int64]]:
+    """Return the faces of one cell alone as nodes around each, by meshio's names of the kinds of cells."""
+    found: dict[frozenset[int], NDArray[np.int64] | None] = {}
+    for kind, nodes in cells.items():
+        for corners in FACES.get(kind, ()):
+            for face in nodes[:, list(corners)]:
+                key = frozenset(face.tolist())
+                # A face of two cells lies inside.
+                found[key] = None if key in found else face
+    return [face for face in found.values() if face is not None]

@@ -1,9 +1,10 @@
-"""Meshes of other programs with the numbers of their nodes, and which dofs of a deck depend on others."""
+"""Meshes of other programs with the numbers of their nodes; ties, sets and surfaces of a deck."""
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import package
+from stickslip.show.mesh import boundary_faces
 
 #: Cards of a deck that make dofs of some nodes functions of those of others.
 DEPENDENCES = ("EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING")
@@ -23,11 +25,16 @@ CONDITIONS = {
     "YSYMM": (2, 4, 6),
     "ZSYMM": (3, 4, 5),
 }
+#: Corners of the faces S1, S2, ... of a solid element of Abaqus or CalculiX by the number of its nodes.
+TETRAHEDRON = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
+HEXAHEDRON = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+WEDGE = ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0))
+SOLIDS = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20: HEXAHEDRON}
 
 
 @dataclass
 class Deck:
-    """Nodes of a CalculiX or Abaqus deck, and what holds or ties them.
+    """Nodes of a CalculiX or Abaqus deck, what holds or ties them, and what is named in it.
 
     Attributes
     ----------
@@ -39,12 +46,36 @@ class Deck:
         The first card that ties dofs to others, with its line; None: there is none.
     rotations
         Node and direction of the dofs of a `ROT NODE`, which are rotations.
+    sets
+        Nodes by the name of their set.
+    faces
+        Facets, as node numbers, by the name of a surface of solid elements.
+    unread
+        Names of surfaces that are none of solid elements.
     """
 
     numbers: list[int] = field(default_factory=list)
     held: set[tuple[int, int]] = field(default_factory=set)
     dependence: str | None = None
     rotations: set[tuple[int, int]] = field(default_factory=set)
+    sets: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
+    faces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    unread: list[str] = field(default_factory=list)
+
+    def surfaces(self, cells: Mapping[str, Any]) -> dict[str, list[Any]]:
+        """Return parts of the boundary of a mesh by name, as facets of one kind, or else as nodes.
+
+        The facets of a set of nodes are the faces of the boundary that have all their corners in the set.
+        """
+        found: dict[str, list[Any]] = {}
+        known = set(self.numbers)
+        named = {name: known.intersection(nodes) for name, nodes in self.sets.items() if name}
+        boundary = [face.tolist() for face in boundary_faces(cells)] if named else []
+        for name, within in named.items():
+            facets = [face for face in boundary if within.issuperset(face)]
+            alike = len({len(face) for face in facets}) == 1
+            found[name] = facets if alike else sorted(within)
+        return {name: nodes for name, nodes in (found | self.faces).items() if nodes}
 
     def dependent(self, dofs: tuple[str, ...]) -> list[str]:
         """Return the displacements that neither are among the dofs nor held: they depend on others."""
@@ -56,26 +87,36 @@ class Deck:
 
 
 def read_deck(path: Path) -> Deck:
-    """Return node numbers, boundary conditions and dependences of a deck.
+    """Return node numbers, boundary conditions, dependences, sets and surfaces of a deck.
 
     Raises
     ------
     InputError
-        If a node has no number or comes twice.
+        If a node has no number or comes twice, or an element has too few nodes.
     """
-    deck, sets = Deck(), defaultdict[str, list[int]](list)
+    deck = Deck()
+    sets, solids, groups = deck.sets, dict[int, list[int]](), defaultdict[str, list[int]](list)
     for number, card, options, rows in _cards(path):
         if card == "NODE":
             nodes = [_number(path, number, row[0]) for row in rows]
             deck.numbers += nodes
             sets[options.get("NSET", "")] += nodes
         elif card == "NSET":
-            for row in rows:
-                if "GENERATE" in options:
-                    first, last, *step = [_number(path, number, one) for one in row]
-                    sets[options["NSET"]] += range(first, last + 1, *step)
-                else:
-                    sets[options["NSET"]] += [node for one in row for node in _nodes(path, number, one, sets)]
+            sets[options.get("NSET", "")] += _members(path, number, options, rows, sets)
+        elif card == "ELEMENT":
+            new = _solids(path, number, options.get("TYPE", ""), rows)
+            solids |= new
+            groups[options.get("ELSET", "")] += new
+        elif card == "ELSET":
+            groups[options.get("ELSET", "")] += _members(path, number, options, rows, groups)
+        elif card == "SURFACE" and "NAME" in options:
+            kind = "COMBINE" if "COMBINE" in options else options.get("TYPE", "ELEMENT")
+            if kind == "NODE":
+                sets[options["NAME"]] += [node for row in rows for node in _nodes(path, number, row[0], sets)]
+            elif kind == "ELEMENT" and (facets := _facets(path, number, rows, solids, groups)):
+                deck.faces[options["NAME"]] = facets
+            else:
+                deck.unread.append(options["NAME"])
         elif card == "BOUNDARY":
             for where, *what in rows:
                 directions = _directions(path, number, what)
@@ -96,7 +137,7 @@ def numbered_mesh(mesh: Any) -> tuple[dict[int, Any], dict[str, Any], Deck | Non
     Raises
     ------
     InputError
-        If there is no such file, or meshio reads other nodes than the deck has.
+        If there is no such file, meshio cannot read it, or it reads other nodes than the deck has.
     """
     deck = None
     if isinstance(mesh, str | Path):
@@ -104,7 +145,10 @@ def numbered_mesh(mesh: Any) -> tuple[dict[int, Any], dict[str, Any], Deck | Non
         meshio = package("meshio", f"{mesh}", "fe")
         if not path.is_file():
             raise InputError(f"{mesh}: no such file")
-        mesh = meshio.read(path)
+        try:
+            mesh = meshio.read(path)
+        except (Exception, SystemExit) as error:  # meshio ends the process where no reader of it succeeds.
+            raise InputError(f"{path}: meshio cannot read it: {error!r}") from error
         if path.suffix.lower() == ".inp":
             deck = read_deck(path)
             if len(deck.numbers) != len(mesh.points):
@@ -143,6 +187,47 @@ def _cards(path: Path) -> Iterator[tuple[int, str, dict[str, str], list[list[str
         yield held
 
 
+def _members(
+    path: Path, line: int, options: dict[str, str], rows: list[list[str]], sets: dict[str, list[int]]
+) -> list[int]:
+    """Return the numbers in a set of nodes or elements: each by itself or by a set, or generated."""
+    if "GENERATE" not in options:
+        return [one for row in rows for text in row for one in _nodes(path, line, text, sets)]
+    ends = ([_number(path, line, one) for one in row] for row in rows)
+    return [one for first, last, *step in ends for one in range(first, last + 1, *step)]
+
+
+def _solids(path: Path, line: int, kind: str, rows: list[list[str]]) -> dict[int, list[int]]:
+    """Return the nodes of solid elements by their number; an element may go on in the next line."""
+    match = re.match(r"C3D(\d+)", kind)
+    if not match or int(match[1]) not in SOLIDS:
+        return {}
+    numbers = [_number(path, line, one) for row in rows for one in row]
+    size = int(match[1]) + 1
+    if len(numbers) % size:
+        raise InputError(f"{path}, line {line}: expected a number and {size - 1} nodes of each {kind}")
+    return {numbers[k]: numbers[k + 1 : k + size] for k in range(0, len(numbers), size)}
+
+
+def _facets(
+    path: Path,
+    line: int,
+    rows: list[list[str]],
+    solids: Mapping[int, list[int]],
+    groups: dict[str, list[int]],
+) -> list[tuple[int, ...]]:
+    """Return the corners of the faces in a surface; none where it has other elements, or unlike faces."""
+    found: list[tuple[int, ...]] = []
+    for where, *side in rows:
+        for element in _nodes(path, line, where, groups):
+            nodes = solids.get(element)
+            faces = {f"S{k + 1}": corners for k, corners in enumerate(SOLIDS[len(nodes)])} if nodes else {}
+            if nodes is None or not side or side[0] not in faces:
+                return []
+            found.append(tuple(nodes[k] for k in faces[side[0]]))
+    return found if len({len(face) for face in found}) == 1 else []
+
+
 def _directions(path: Path, line: int, what: list[str]) -> Iterable[int]:
     """Return the directions of a boundary condition: a name, or the first and the last one."""
     if what and what[0] in CONDITIONS:
@@ -160,5 +245,5 @@ def _number(path: Path, line: int, text: str) -> int:
         return int(text)
     except ValueError:
         raise InputError(
-            f"{path}, line {line}: expected the number of a node or a set, got {text!r}"
+            f"{path}, line {line}: expected the number of a node, of an element or a set, got {text!r}"
         ) from None

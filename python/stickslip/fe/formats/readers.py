@@ -93,7 +93,9 @@ def read(
     mesh
         A file that meshio reads, or a `meshio.Mesh`, instead of `points`; its cells are kept. In a file of
         CalculiX or Abaqus (``.inp``) and of Nastran nodes have their numbers there, and dofs of the deck that
-        depend on others are told from held ones. The points of any other mesh are the nodes 1, 2, ...
+        depend on others are told from held ones. The points of any other mesh are the nodes 1, 2, ... The
+        sets of nodes of a deck and its surfaces of solid elements are surfaces of the body, with their names
+        in capitals.
     units
         ``"m-kg-s"``, or ``"mm-t-s"``: matrices in N/mm and tonnes, as most decks have them.
     name
@@ -153,6 +155,12 @@ def read(
         if points is not None:
             raise InputError("mesh: given beside points")
         points, cells, deck = numbered_mesh(mesh)
+        if deck is not None:
+            surfaces = deck.surfaces(cells) | dict(surfaces or {})
+            if deck.unread:
+                notes.append(
+                    f"not read: surfaces {', '.join(deck.unread)}: none of faces S1, S2, ... of solids"
+                )
         if deck is not None and named is not None and (dependent := deck.dependent(named)):
             notes.append(f"{deck.dependence}: {len(dependent)} displacements depend on others")
     if points is not None and length != 1.0:
