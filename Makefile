@@ -43,10 +43,10 @@ fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; EXT
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl \
 		$(addprefix --,$(EXTRAS))
 
-# Seven streams of what EXTRAS means, in one store.
-fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of seven kinds: stops, springs of contacts, loads, unsymmetric terms, tables, nonlinear elements, twins
+# Eight streams of what EXTRAS means, in one store.
+fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of eight kinds: stops, springs of contacts, loads, unsymmetric terms, tables, laws that vanish at rest, nonlinear elements, twins
 	@status=0; for kinds in "--stops" "--forced --compliant" "--stops --compliant" \
-		"--unsymmetric --forced --stops --compliant" "--tables" "--elements" "--twins"; do \
+		"--unsymmetric --forced --stops --compliant" "--tables" "--vanishing" "--elements" "--twins"; do \
 		echo "fuzz $$kinds"; $(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) \
 			--store $(OUT)/fuzz.jsonl $$kinds || status=1; \
 	done; exit $$status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ EXTRAS = {
     "laws": "friction over slip speed",
     "compliant": "contacts with springs",
     "tables": "friction over slip speed by tables only",
+    "vanishing": "friction over slip speed that is 0 at rest, so that nothing sticks",
     "elements": "nonlinear springs and dampers",
     "twins": "a second half tied to the first, which moves alike: all events come in pairs",
     "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
@@ -41,8 +43,9 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
         scene, start = with_loads(scene, start, seed, index)
     if "stops" in extras:
         scene, start = with_stops(scene, seed, index)
-    if {"laws", "tables"} & set(extras):
-        scene, start = with_laws(scene, start, seed, index, tables="tables" in extras)
+    for kind in LAWS:
+        if kind in extras:
+            scene, start = with_laws(scene, start, seed, index, kind)
     if "elements" in extras:
         scene, start = with_elements(scene, start, seed, index)
     return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)
@@ -163,7 +166,7 @@ def with_stops(scene: ss.Scene, seed: int, index: int) -> tuple[ss.Scene, ss.Sta
 
 
 def with_laws(
-    scene: ss.Scene, start: ss.State, seed: int, index: int, tables: bool = False
+    scene: ss.Scene, start: ss.State, seed: int, index: int, kind: str
 ) -> tuple[ss.Scene, ss.State]:
     """Return the scene with laws of friction that have its coefficients at the slider speeds, and a start.
 
@@ -183,9 +186,10 @@ def with_laws(
             pressed = contact.normal_force or np.abs(scene.force).max()
             inertia = 1.0 / (tangential[i] ** 2 @ (1.0 / np.diag(mass)))
             speed = contact.friction * pressed / (inertia * rate) * 10.0 ** rng.uniform(-1.0, 1.0)
-            law = drawn_law(rng, contact.friction, abs(contact.slider_speed), float(speed), tables)
+            law = LAWS[kind](rng, contact.friction, abs(contact.slider_speed), float(speed))
         if law is not None:
-            static = None if holding == 1.0 else holding * law.coefficient(0.0)
+            at_rest = law.coefficient(0.0)
+            static = None if holding == 1.0 or at_rest == 0.0 else holding * at_rest
             contact = dataclasses.replace(contact, friction=law, static_friction=static)
         contacts.append(contact)
     scene = scene.replace(contacts=contacts)
@@ -226,6 +230,26 @@ def drawn_law(
             return ss.friction.Stribeck(factor, factor * ratio, speed, factor * law.viscous)
         case _:
             return ss.friction.Rational(factor, factor * ratio, speed)
+
+
+def drawn_vanishing_law(rng: np.random.Generator, friction: float, slip: float, speed: float) -> FrictionLaw:
+    """Return a law that is 0 at rest, has a coefficient at a slip speed of about another, and is no line."""
+    at = max(slip, speed)
+    match rng.integers(4):
+        case 0:
+            return ss.friction.Law(lambda s, a=friction, v=speed: a * np.tanh(s / v))
+        case 1:
+            return ss.friction.Law(lambda s, a=friction, v=at: a * (s / v) ** 2 / (1.0 + (s / v) ** 2))
+        case 2:
+            return ss.friction.Stribeck(0.0, friction, speed, rng.uniform(0.0, 0.1) * friction / at)
+        case _:
+            speeds = np.cumsum([0.0, *rng.uniform(0.1, 1.5, int(rng.integers(2, 6)))])
+            values = friction * np.tanh(speeds) * rng.uniform(0.9, 1.1, speeds.size)
+            return ss.friction.Tabulated((speed * speeds).tolist(), values.tolist())
+
+
+#: How each kind of law is drawn.
+LAWS = {"laws": drawn_law, "tables": partial(drawn_law, table=True), "vanishing": drawn_vanishing_law}
 
 
 def with_elements(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:

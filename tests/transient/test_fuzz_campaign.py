@@ -37,6 +37,7 @@ MORE_SCENES = {
     "laws": (50, 1, 100),
     "compliant": (40, 1, 100),
     "tables": (40, 1, 100),
+    "vanishing": (20, 1, 100),
     "elements": (12, 1, 100),
     "twins": (40, 22, 100),
     "sparse": (50, 1, 100),
