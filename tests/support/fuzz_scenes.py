@@ -233,7 +233,11 @@ def drawn_law(
 
 
 def drawn_vanishing_law(rng: np.random.Generator, friction: float, slip: float, speed: float) -> FrictionLaw:
-    """Return a law that is 0 at rest, has a coefficient at a slip speed of about another, and is no line."""
+    """Return a law that is 0 at rest, has a coefficient at a slip speed of about another, and is no line.
+
+    What would stick creeps instead, at a rate of about N mu / (m v), 1/s: a small v is a stiff motion.
+    """
+    speed = max(speed, 0.02 * max(slip, CLOSING))
     at = max(slip, speed)
     match rng.integers(4):
         case 0:
