@@ -240,7 +240,12 @@ LOWER
 *SURFACE, NAME=SHAFT, TYPE=CYLINDER
 START, 0., 1.
 *SURFACE, NAME=WHOLE
-BLOCK"""
+BLOCK
+*SURFACE, NAME=OTHERS
+ROW, S1
+PAD-1.ROW, S1
+*SURFACE, NAME=POINTS, TYPE=NODE
+PAD-1.LOWER"""
 
 
 def test_sets_and_surfaces_of_a_deck_are_surfaces_of_the_body(deck):
@@ -253,7 +258,9 @@ def test_sets_and_surfaces_of_a_deck_are_surfaces_of_the_body(deck):
         assert found.pressure(2.0) == pytest.approx(given.pressure(2.0), rel=1e-14)
     edge = pad.surface("EDGE")
     assert (edge.numbers.tolist(), edge.facets) == ([1, 2], None)
-    assert any(note.startswith("not read: surfaces SHAFT, WHOLE: none of faces S1") for note in pad.notes)
+    assert any(
+        note.startswith("not read: surfaces SHAFT, WHOLE, OTHERS, POINTS: neither") for note in pad.notes
+    )
     with pytest.raises(ss.InputError, match="unknown 'SHAFT'"):
         pad.surface("SHAFT")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
@@ -51,7 +52,7 @@ class Deck:
     faces
         Facets, as node numbers, by the name of a surface of solid elements.
     unread
-        Names of surfaces that are none of solid elements.
+        Names of surfaces that are neither of nodes nor of faces of solid elements of the deck.
     """
 
     numbers: list[int] = field(default_factory=list)
@@ -111,11 +112,17 @@ def read_deck(path: Path) -> Deck:
             groups[options.get("ELSET", "")] += _members(path, number, options, rows, groups)
         elif card == "SURFACE" and "NAME" in options:
             kind = "COMBINE" if "COMBINE" in options else options.get("TYPE", "ELEMENT")
-            if kind == "NODE":
-                sets[options["NAME"]] += [node for row in rows for node in _nodes(path, number, row[0], sets)]
-            elif kind == "ELEMENT" and (facets := _facets(path, number, rows, solids, groups)):
+            nodes, facets = [], []
+            # Members may have names of instances, which are not known here.
+            with contextlib.suppress(InputError):
+                if kind == "NODE":
+                    nodes = [node for row in rows for node in _nodes(path, number, row[0], sets)]
+                elif kind == "ELEMENT":
+                    facets = _facets(path, number, rows, solids, groups)
+            sets[options["NAME"]] += nodes
+            if facets:
                 deck.faces[options["NAME"]] = facets
-            else:
+            elif not nodes:
                 deck.unread.append(options["NAME"])
         elif card == "BOUNDARY":
             for where, *what in rows:
@@ -199,7 +206,8 @@ def _members(
 
 def _solids(path: Path, line: int, kind: str, rows: list[list[str]]) -> dict[int, list[int]]:
     """Return the nodes of solid elements by their number; an element may go on in the next line."""
-    match = re.match(r"C3D(\d+)", kind)
+    # C3D15V has a varying number of nodes.
+    match = re.match(r"C3D(\d+)(?!V)", kind)
     if not match or int(match[1]) not in SOLIDS:
         return {}
     numbers = [_number(path, line, one) for row in rows for one in row]

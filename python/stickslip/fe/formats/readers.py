@@ -158,9 +158,8 @@ def read(
         if deck is not None:
             surfaces = deck.surfaces(cells) | dict(surfaces or {})
             if deck.unread:
-                notes.append(
-                    f"not read: surfaces {', '.join(deck.unread)}: none of faces S1, S2, ... of solids"
-                )
+                names = ", ".join(deck.unread)
+                notes.append(f"not read: surfaces {names}: neither nodes nor faces S1, S2, ... of solids")
         if deck is not None and named is not None and (dependent := deck.dependent(named)):
             notes.append(f"{deck.dependence}: {len(dependent)} displacements depend on others")
     if points is not None and length != 1.0:
