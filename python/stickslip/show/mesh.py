@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: Corners of the faces of a cell by the name that meshio gives its kind; of a plane cell it is one.
+#: Abaqus numbers the faces of tetrahedron, hexahedron and wedge in this order.
 FACES = {
     "triangle": ((0, 1, 2),),
     "quad": ((0, 1, 2, 3),),

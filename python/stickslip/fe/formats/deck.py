@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import package
-from stickslip.show.mesh import boundary_faces
+from stickslip.show.mesh import FACES, boundary_faces
 
 #: Cards of a deck that make dofs of some nodes functions of those of others.
 DEPENDENCES = ("EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING")
@@ -26,11 +26,13 @@ CONDITIONS = {
     "YSYMM": (2, 4, 6),
     "ZSYMM": (3, 4, 5),
 }
-#: Corners of the faces S1, S2, ... of a solid element of Abaqus or CalculiX by the number of its nodes.
-TETRAHEDRON = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
-HEXAHEDRON = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
-WEDGE = ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0))
-SOLIDS = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20: HEXAHEDRON}
+#: Solid elements of Abaqus and CalculiX by their number of nodes: corners of the faces S1, S2, ..., which are
+#: those of meshio, run around the other way.
+SOLIDS = {
+    size: {f"S{k + 1}": (first, *rest[::-1]) for k, (first, *rest) in enumerate(FACES[kind])}
+    for kind, sizes in {"tetra": (4, 10), "wedge": (6, 15), "hexahedron": (8, 20)}.items()
+    for size in sizes
+}
 
 
 @dataclass
@@ -119,10 +121,11 @@ def read_deck(path: Path) -> Deck:
                     nodes = [node for row in rows for node in _nodes(path, number, row[0], sets)]
                 elif kind == "ELEMENT":
                     facets = _facets(path, number, rows, solids, groups)
-            sets[options["NAME"]] += nodes
-            if facets:
+            if nodes:
+                sets[options["NAME"]] += nodes
+            elif facets:
                 deck.faces[options["NAME"]] = facets
-            elif not nodes:
+            else:
                 deck.unread.append(options["NAME"])
         elif card == "BOUNDARY":
             for where, *what in rows:
@@ -228,11 +231,11 @@ def _facets(
     found: list[tuple[int, ...]] = []
     for where, *side in rows:
         for element in _nodes(path, line, where, groups):
-            nodes = solids.get(element)
-            faces = {f"S{k + 1}": corners for k, corners in enumerate(SOLIDS[len(nodes)])} if nodes else {}
-            if nodes is None or not side or side[0] not in faces:
+            nodes = solids.get(element, [])
+            corners = SOLIDS.get(len(nodes), {}).get(side[0] if side else "")
+            if corners is None:
                 return []
-            found.append(tuple(nodes[k] for k in faces[side[0]]))
+            found.append(tuple(nodes[k] for k in corners))
     return found if len({len(face) for face in found}) == 1 else []
 
 
