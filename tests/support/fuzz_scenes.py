@@ -43,9 +43,8 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
         scene, start = with_loads(scene, start, seed, index)
     if "stops" in extras:
         scene, start = with_stops(scene, seed, index)
-    for kind in LAWS:
-        if kind in extras:
-            scene, start = with_laws(scene, start, seed, index, kind)
+    if kinds := [kind for kind in LAWS if kind in extras]:
+        scene, start = with_laws(scene, start, seed, index, kinds[-1])
     if "elements" in extras:
         scene, start = with_elements(scene, start, seed, index)
     return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)

@@ -11,11 +11,16 @@ import textwrap
 import threading
 import time
 
+import stickslip
+
 
 class Interrupt:
     """Ctrl-C once this process has used some processor time from now on, s."""
 
     def __init__(self, after):
+        # The package imports its modules at first use: an interrupt in an import would have nothing to keep.
+        for name in stickslip.__all__:
+            getattr(stickslip, name)
         self._due = time.process_time() + after
         self._sent = None
         threading.Thread(target=self._send, daemon=True).start()

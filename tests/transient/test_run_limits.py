@@ -53,8 +53,6 @@ INTERRUPTED = """
     from test_run_limits import ENDLESS, SCENE
 
     scene, start = SCENE()
-    # Modules are imported at the first call: an interrupt in an import has no run to keep.
-    ss.simulate(scene, 1e-6, start, method=METHOD)
     interrupt = Interrupt(after=0.3)
     try:
         ss.simulate(scene, ENDLESS, start, method=METHOD)
