@@ -103,6 +103,15 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
         _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))
     ),
     "formula": lambda: _scene(_belt(friction=ss.friction.Law(_levelling))),
+    "bristles": lambda: _scene(
+        _belt(
+            friction=ss.friction.LuGre(
+                static=0.8, kinetic=0.4, speed=0.1, stiffness=400.0, damping=0.2, viscous=0.01
+            ),
+            normal=None,
+            normal_force=5.0,
+        )
+    ),
     "cubic spring": lambda: _scene(
         _belt(static_friction=0.8),
         elements=[
@@ -139,6 +148,7 @@ KICKS = {"stop": (0.9, 3.0), "compliant": (-8.0, 6.0)} | {
 #: A parameter of a kind and its range, where it is not friction.
 PARAMETERS = {
     "Stribeck": ("friction_kinetic", 0.2, 0.6),
+    "bristles": ("friction_kinetic", 0.2, 0.6),
     "table": ("slider_speed", 0.12, 0.3),
     "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),

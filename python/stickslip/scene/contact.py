@@ -126,7 +126,9 @@ class Contact:
     @property
     def holding(self) -> float:
         """Coefficient up to which the contact holds while it sticks."""
-        return self.coefficient(0.0) if self.static_friction is None else self.static_friction
+        if self.static_friction is not None:
+            return self.static_friction
+        return self.friction.at_rest if isinstance(self.friction, FrictionLaw) else self.friction
 
     def __repr__(self) -> str:
         given = {
@@ -217,7 +219,7 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
             "[law.coefficient(s) for s in speeds])"
         )
     # The core takes the law at rest beside the law.
-    friction = real_number(f"{place}: friction", contact.friction if law is None else law.coefficient(0.0))
+    friction = real_number(f"{place}: friction", contact.friction if law is None else law.at_rest)
     static, speed = contact.static_friction, real_number(f"{place}: slider_speed", contact.slider_speed)
     if law is not None and np.isfinite(speed) and not np.isfinite(steady := law.coefficient(abs(speed))):
         raise InputError(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real
+from stickslip.scene.laws.friction import BristleLaw
 from stickslip.scene.scene import Scene, checked_combination
 
 
@@ -52,8 +54,15 @@ def equations_of(scene: Scene, combination: str) -> Reduced:
     Raises
     ------
     InputError
-        If `combination` is not one of ``+ - s d`` per contact, or lets a frictionless contact stick.
+        If `combination` is not one of ``+ - s d`` per contact, or lets a frictionless contact stick; if a
+        contact has bristles, whose deflection is no displacement of the scene.
     """
+    for k, contact in enumerate(scene.contacts):
+        if isinstance(contact.friction, BristleLaw):
+            raise InputError(
+                f"scene: contact {k} has bristles, whose product of slip speed and deflection is in no matrix;"
+                " complex_modes has small motions about steady sliding"
+            )
     core = scene.core.reduced(checked_combination(scene, combination))
     return Reduced(
         combination,

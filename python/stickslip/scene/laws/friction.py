@@ -22,7 +22,7 @@ from stickslip.scene.laws.expression import Variable
 from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
 from stickslip.scene.laws.operations import values
 
-__all__ = ["Constant", "Law", "Linear", "Rational", "Stribeck", "Tabulated"]
+__all__ = ["Constant", "Dahl", "Law", "Linear", "LuGre", "Rational", "Stribeck", "Tabulated"]
 
 
 def __dir__() -> list[str]:
@@ -46,6 +46,11 @@ class FrictionLaw(OneVariableLaw):
     @abstractmethod
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
+
+    @property
+    def at_rest(self) -> float:
+        """Coefficient up to which a contact that sticks holds, without a `Contact.static_friction`."""
+        return self.coefficient(0.0)
 
 
 @dataclass(frozen=True)
@@ -258,10 +263,86 @@ class Law(FormulaLaw, FrictionLaw):
         return float(self._value(speed))
 
 
+@dataclass(frozen=True)
+class BristleLaw(FrictionLaw):
+    """Friction with a state of its own, the deflection of bristles."""
+
+    @property
+    def at_rest(self) -> float:
+        """Zero: a contact with bristles creeps and never sticks."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Dahl(BristleLaw):
+    """Bristles with the deflection z, ``z' = s - stiffness |s| z / kinetic`` and ``T = -N stiffness z``.
+
+    Where slip turns, the friction force follows it over the distance ``kinetic / stiffness`` like a spring
+    that yields (Dahl, AIAA Journal 14 (1976) 1675). The contact needs a given normal force N and mass along
+    its slip; it has the statuses ``+`` and ``-``, and an event wherever its slip turns.
+
+    Parameters
+    ----------
+    kinetic
+        Coefficient of friction of steady slip, > 0.
+    stiffness
+        Friction force per normal force and deflection, 1/m, > 0.
+    """
+
+    kinetic: float
+    stiffness: float
+    law: ClassVar[str] = "dahl"
+
+    def coefficient(self, speed: float) -> float:
+        """Return mu of steady slip at a speed, m/s."""
+        return self.kinetic
+
+
+@dataclass(frozen=True)
+class LuGre(BristleLaw):
+    """Bristles with the deflection z and ``T = -N (stiffness z + damping z' + viscous s)``, where
+
+    ``z' = s - stiffness |s| z / g(s)``, ``g = kinetic + (static - kinetic) exp(-(s / speed)^2)`` (Canudas de
+    Wit and others, IEEE Transactions on Automatic Control 40 (1995) 419, whose numbers are those for N = 1).
+    The contact needs a given normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and
+    an event wherever its slip turns.
+
+    Parameters
+    ----------
+    static
+        g at vanishing slip speed, > 0.
+    kinetic
+        g at large slip speeds, > 0.
+    speed
+        Scale of the slip speed over which g passes from one to the other, m/s, > 0.
+    stiffness
+        Friction force per normal force and deflection, 1/m, > 0.
+    damping
+        Friction force per normal force and rate of the deflection, s/m, >= 0.
+    viscous
+        Friction force per normal force and slip velocity, s/m, >= 0.
+    """
+
+    static: float
+    kinetic: float
+    speed: float
+    stiffness: float
+    damping: float = 0.0
+    viscous: float = 0.0
+    law: ClassVar[str] = "lugre"
+
+    def coefficient(self, speed: float) -> float:
+        """Return mu of steady slip at a speed, m/s, ``g + viscous s``."""
+        falling = (self.static - self.kinetic) * np.exp(-((speed / self.speed) ** 2))
+        return float(self.kinetic + falling + self.viscous * speed)
+
+
 LAWS: dict[str, type[FrictionLaw]] = {
     kind.law: kind
     for kind in (
         Constant,
+        Dahl,
+        LuGre,
         Linear,
         Stribeck,
         Rational,

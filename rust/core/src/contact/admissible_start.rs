@@ -49,7 +49,7 @@ pub(crate) fn coordinates_at(
     }
     scene.check_combination(&state.combination)?;
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
-    hold_nodes(scene, state, &mut q, &u)?;
+    hold_nodes(scene, state, &mut q, &mut u)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
@@ -166,8 +166,9 @@ pub(crate) fn coordinates_at(
 }
 
 /// Puts nodes of compliant contacts where their springs carry the friction forces of the state: those that stick, and those that
-/// slide by laws. If the state has no friction forces, these slide steadily.
-fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<(), Error> {
+/// slide by laws. If the state has no friction forces, these slide steadily, and bristles are bent as in steady slip at the slip
+/// velocity of the state.
+fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Result<(), Error> {
     let forces = &state.friction_force;
     let statuses = state.combination.statuses();
     let spring = |law: &Contact| scene.stiffness.get(law.tangential, law.tangential);
@@ -175,6 +176,14 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
         let mut held = q.to_vec();
         let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
         closed.for_each(|(law, _)| held[law.normal] = law.closed());
+        for (contact, bristles) in scene.bristle_contacts() {
+            let law = &scene.contacts[*contact];
+            let slip = u[law.tangential] - law.slider_speed;
+            let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
+            if slip.abs() > rounding {
+                u[bristles.coordinate] = bristles.rate_of(bristles.steady_spring_force(slip));
+            }
+        }
         for (contact, own) in scene.creeping(&state.combination) {
             let law = &scene.contacts[contact];
             if law.tangential >= scene.dofs {
@@ -193,6 +202,10 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<
     for (contact, (law, (&status, force))) in
         scene.contacts.iter().zip(statuses.iter().zip(forces)).enumerate()
     {
+        if let Some(bristles) = scene.bristles_of(contact) {
+            u[bristles.coordinate] = bristles.rate_of(*force);
+            continue;
+        }
         let held = status == Status::Sticking || status.is_sliding() && scene.creeps(contact);
         if held && law.tangential >= scene.dofs {
             q[law.tangential] += force / spring(law);

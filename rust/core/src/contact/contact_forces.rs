@@ -96,8 +96,14 @@ pub(crate) fn contact_forces_in(
     q: &[f64],
     u: &[f64],
 ) -> Vec<(f64, f64)> {
-    let scene = &*scene.in_state(q, u);
-    ContactForces::new(scene, combination).values(scene, q, u)
+    let in_state = &*scene.in_state(q, u);
+    let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
+    for (contact, force) in forces.iter_mut().enumerate() {
+        if let Some([friction, _]) = scene.bristle_friction(contact, u) {
+            force.1 = friction;
+        }
+    }
+    forces
 }
 
 /// Adds to the forces the part by which held directions that are sums of others follow sliders that vibrate.
@@ -205,7 +211,13 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
     };
     let mut all = DMatrix::zeros(2 * count, laws.len() + loads.len());
     if let Some(by_law) = by_law {
-        laws.iter().enumerate().for_each(|(j, &i)| all.set_column(j, &by_law.column(i)));
+        for (j, &i) in laws.iter().enumerate() {
+            // Of bristles a unit of `h z` is a force along the slip, whatever the direction of that.
+            let along = scene
+                .bristles_of(i)
+                .map_or(1.0, |bristles| statuses[i].friction_sign() * bristles.direction()[0].1);
+            all.set_column(j, &(along * by_law.column(i)));
+        }
     }
     for (j, load) in loads.iter().enumerate() {
         all.set_column(laws.len() + j, &(&map * load));

@@ -15,6 +15,7 @@ use std::sync::Arc;
 use crate::contact::contact_forces::{contact_forces, friction_response, reaction, undetermined};
 use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::event_kind::EventKind;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -25,8 +26,13 @@ pub(crate) fn friction_dampers(
     combination: &Combination,
 ) -> Option<Vec<(usize, f64)>> {
     let sliding = scene.sliding_by_law(combination);
+    // What bristles multiply is their deflection, no constant force.
+    let dashpot = |contact: usize, law: &FrictionLaw| match scene.bristles_of(contact) {
+        None => law.linear(),
+        Some(_) => None,
+    };
     let slopes: Option<Vec<(usize, f64)>> =
-        sliding.map(|(contact, law)| Some((contact, law.linear()?))).collect();
+        sliding.map(|(contact, law)| Some((contact, dashpot(contact, law)?))).collect();
     let slopes = slopes.filter(|slopes| !slopes.is_empty())?;
     // A damper on a coordinate without mass leaves an equation of first order.
     if scene.creeping(combination).next().is_some() {

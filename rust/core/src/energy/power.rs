@@ -52,7 +52,8 @@ pub struct EnergySample {
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
     let elastic = 0.5 * bilinear(elastic_stiffness(scene), q, q) + scene.element_energy(q);
-    (0.5 * bilinear(&scene.mass, u, u), elastic)
+    let bristles = scene.bristle_energy(u);
+    (0.5 * bilinear(&scene.mass, u, u) - bristles, elastic + bristles)
 }
 
 /// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
@@ -68,7 +69,8 @@ pub(crate) fn energy_change(
         0.5 * bilinear(matrix, &sum, &change)
     };
     let elastic = half(elastic_stiffness(scene), q0, q1) + scene.element_energy_change(q0, q1);
-    (half(&scene.mass, u0, u1), elastic)
+    let bristles = scene.bristle_energy_change(u0, u1);
+    (half(&scene.mass, u0, u1) - bristles, elastic + bristles)
 }
 
 /// K with the symmetric part of H: the matrix of the elastic energy.
@@ -122,7 +124,7 @@ pub(crate) fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
 
 /// The powers of one contact at an instant.
 pub(crate) struct ContactPower {
-    /// `T (t . u)`, W.
+    /// `T (t . u)`, and what bristles store, W.
     pub structure: f64,
     /// `T v`, W.
     pub slider: f64,
@@ -139,11 +141,15 @@ pub(crate) fn contact_powers<'a>(
     rest: &'a [f64],
 ) -> impl Iterator<Item = ContactPower> + use<'a> {
     let forces = forces.values(scene, q, u).into_iter();
-    forces.zip(&scene.contacts).map(move |((normal, friction), law)| ContactPower {
-        structure: friction * rest[law.tangential],
-        slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
-        wear: normal * (u[law.tangential] - law.slider_speed).abs(),
-    })
+    let stored =
+        move |contact| scene.bristle_friction(contact, u).map_or(0.0, |[_, stored]| stored);
+    forces.zip(scene.contacts.iter().enumerate()).map(
+        move |((normal, friction), (contact, law))| ContactPower {
+            structure: friction * rest[law.tangential] + stored(contact),
+            slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
+            wear: normal * (u[law.tangential] - law.slider_speed).abs(),
+        },
+    )
 }
 
 /// The speed that vibration adds to that of a slider.

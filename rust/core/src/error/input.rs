@@ -25,6 +25,14 @@ pub enum Error {
         /// What stands beside them, and the remedy.
         reason: &'static str,
     },
+    /// A contact with bristles in a scene in which they are not computed.
+    #[error("contact {contact}: friction: bristles are not computed beside {reason}")]
+    Bristles {
+        /// Index of the contact.
+        contact: usize,
+        /// What stands beside them, and the remedy.
+        reason: &'static str,
+    },
     /// A state in which the law of an element has no value.
     #[error(
         "state: element {element} has no finite force and slope there; start where its law is defined and smooth"

@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, ContactInput, Directions};
+use crate::scene::contact_law::{Contact, ContactInput, Directions, Springs};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 use crate::scene::elements::element::Element;
+use crate::scene::friction::bristles::BristleContact;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
 use crate::scene::input::scene_input::SceneInput;
-use crate::scene::input::validated::Validated;
+use crate::scene::input::validated::{HiddenDof, Validated};
 use crate::scene::input::with_nodes::with_nodes;
 use crate::scene::linear_terms::{EnergyParts, LinearTerms};
 use crate::scene::loads::input::Loads;
@@ -43,6 +44,8 @@ pub struct Scene {
     pub(crate) contacts: Vec<Contact>,
     /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
     pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
+    /// Contacts with bristles; their laws are then h.
+    pub(crate) bristles: Option<Arc<[(usize, BristleContact)]>>,
     /// Springs and dampers that are no linear terms, and what all elements add to `force`.
     pub(crate) elements: Option<Arc<[Element]>>,
     pub(crate) preload: Option<Arc<[f64]>>,
@@ -81,8 +84,8 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
-    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds. In every other
-    /// case T follows from the state.
+    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds; of a contact with
+    /// bristles the force of their springs, `-N sigma_0 z`. In every other case T follows from the state.
     pub friction_force: Vec<f64>,
 }
 
@@ -101,8 +104,10 @@ impl Scene {
     /// of contacts depend on each other or all are along dofs, and where some dofs or compliant contacts lack mass.
     pub fn in_sparse_coordinates(input: &SceneInput) -> Result<Option<Self>, Error> {
         let dofs = input.force.len();
-        let compliant =
-            |law: &ContactInput| law.springs.normal.is_some() || law.springs.tangential.is_some();
+        let compliant = |law: &ContactInput| {
+            let Springs { normal, tangential } = law.springs;
+            normal.is_some() || tangential.is_some() || law.bristles.is_some()
+        };
         if dofs < LARGE || input.contacts.iter().any(compliant) {
             return Ok(None);
         }
@@ -167,7 +172,21 @@ impl Scene {
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);
         }
-        Ok(Self {
+        let hidden = |one: HiddenDof| {
+            let law = &stated.contacts[one.contact];
+            let own = BristleContact {
+                numbers: law.bristles?,
+                normal_force: law.normal_force,
+                coordinate: one.dof,
+                scale: one.scale,
+                tangential: contacts[one.contact].tangential,
+            };
+            Some((one.contact, own))
+        };
+        let bristles: Vec<_> = stated.hidden.into_iter().filter_map(hidden).collect();
+        let preload =
+            (!bristles.is_empty()).then(|| coordinates.forces_of_dofs(&stated.hidden_force).into());
+        let scene = Self {
             size: coordinates.size(),
             dofs,
             nodes: (!nodes.is_empty()).then(|| Arc::new(nodes)),
@@ -176,8 +195,9 @@ impl Scene {
             dependents,
             contacts,
             laws: None,
+            bristles: None,
             elements: None,
-            preload: None,
+            preload,
             impact_friction: stated.impact_friction,
             coordinates,
             mass,
@@ -190,7 +210,8 @@ impl Scene {
             loads: stated.loads,
             drive: None,
             bare: None,
-        })
+        };
+        scene.with_bristles(bristles)
     }
 
     /// Number of contact coordinates without those that carry loads.
@@ -354,6 +375,9 @@ impl Scene {
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
         let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
             let creeps = status.is_sliding() && self.creeps(contact);
+            if let Some(bristles) = self.bristles_of(contact) {
+                return bristles.spring_force(u);
+            }
             let holds = (status == Status::Sticking || creeps) && law.tangential >= self.dofs;
             if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }
         };

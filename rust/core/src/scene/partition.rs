@@ -38,9 +38,9 @@ impl Block {
     }
 }
 
-/// The blocks of a scene; none if all of it is coupled, or if it has elements of its own.
+/// The blocks of a scene; none if all of it is coupled, or if it has elements or bristles.
 pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
-    if scene.has_elements() {
+    if scene.has_elements() || scene.has_bristles() {
         return Vec::new();
     }
     let mut partner: Vec<Vec<usize>> = vec![Vec::new(); scene.size];
@@ -132,6 +132,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     };
     let part = Scene {
         laws: scene.laws.as_ref().map(friction),
+        bristles: None,
         elements: None,
         preload: None,
         dependents: SlavedCoordinates::new(dependents.collect()),

@@ -68,7 +68,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 gap,
                 force,
                 springs,
-                _,
+                law,
             ) = contact;
             core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
@@ -80,6 +80,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 restitution: *restitution,
                 gap: *gap,
                 springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
+                bristles: law.as_ref().and_then(bristles),
             }
         })
         .collect()
@@ -106,7 +107,29 @@ pub fn elements(given: &[ElementData]) -> Result<Vec<core::scene::ElementInput>,
 
 /// How friction depends on slip speed, by contact.
 pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> {
-    contacts.iter().map(|contact| contact.9.as_ref().map(law).transpose()).collect()
+    let of_speed = |data: &&LawData| bristles(data).is_none();
+    contacts
+        .iter()
+        .map(|contact| contact.9.as_ref().filter(of_speed).map(law).transpose())
+        .collect()
+}
+
+/// The bristles of a contact, where its law has such.
+fn bristles((kind, numbers, ..): &LawData) -> Option<core::scene::Bristles> {
+    match (&kind[..], &numbers[..]) {
+        ("dahl", &[kinetic, stiffness]) => Some(core::scene::Bristles {
+            stiffness,
+            damping: 0.0,
+            viscous: 0.0,
+            kinetic,
+            at_rest: kinetic,
+            speed: 1.0,
+        }),
+        ("lugre", &[at_rest, kinetic, speed, stiffness, damping, viscous]) => {
+            Some(core::scene::Bristles { stiffness, damping, viscous, kinetic, at_rest, speed })
+        }
+        _ => None,
+    }
 }
 
 fn law(

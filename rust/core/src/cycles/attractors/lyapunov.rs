@@ -71,7 +71,7 @@ impl Neighbour {
             ),
             // Any direction has a part along the one that grows most.
             apart: (0..size)
-                .map(|k| match run.scene().is_structure(k) {
+                .map(|k| match run.scene().is_structure(k) && !run.scene().is_hidden(k) {
                     true => 1.0 + 0.1 * (k as f64).sin(),
                     false => 0.0,
                 })

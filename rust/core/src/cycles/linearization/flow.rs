@@ -81,6 +81,7 @@ impl<'a> Flow<'a> {
             .copied()
             .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.structure()))
             .chain(equation.creeping().iter().copied())
+            .filter(|&k| !scene.is_hidden(k))
             .chain(kept.iter().map(|&k| scene.size + k))
             .collect();
         free.sort_unstable();

@@ -137,6 +137,8 @@ pub(crate) struct Scales {
     n: usize,
     /// Coordinates of the structure; the others carry loads.
     structure: usize,
+    /// The first one whose displacement means nothing, and the first after these.
+    hidden: [usize; 2],
     pub length: f64,
     pub speed: f64,
 }
@@ -151,10 +153,12 @@ impl Scales {
         }
         let range = |k: usize| ends[k].1 - ends[k].0;
         let positive = |size: f64| if size > 0.0 { size } else { 1.0 };
+        let shown = (0..structure).filter(|&k| !scene.is_hidden(k));
         Self {
             n,
             structure,
-            length: positive((0..structure).map(range).fold(0.0, f64::max)),
+            hidden: [scene.hidden().start, scene.hidden().end],
+            length: positive(shown.map(range).fold(0.0, f64::max)),
             speed: positive((n..n + structure).map(range).fold(0.0, f64::max)),
         }
     }
@@ -167,6 +171,7 @@ impl Scales {
     /// Unit of an entry of (q, q').
     pub const fn unit(&self, k: usize) -> f64 {
         match (k < self.n, k % self.n < self.structure) {
+            (true, true) if self.hidden[0] <= k && k < self.hidden[1] => f64::INFINITY,
             (true, true) => self.length,
             (false, true) => self.speed,
             // Coordinates that carry loads follow the clock.

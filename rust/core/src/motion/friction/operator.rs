@@ -84,13 +84,18 @@ impl LawOperator {
         };
         let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
             let tangential = scene.contacts[contact].tangential;
-            let (direction, force_norm) = driven(&own.terms_of(tangential));
-            let slip = over_own(slip_velocity(scene, contact));
-            let normal = over_own(match &forces {
-                Some(forces) => forces[contact].1.clone(),
-                None => reaction(scene, scene.contacts[contact].normal),
-            });
+            let bristles = scene.bristles_of(contact);
             let sign = combination.statuses()[contact].friction_sign();
+            let (direction, force_norm) = match bristles {
+                Some(bristles) => driven(&bristles.direction().map(|(k, w)| (k, sign * w))),
+                None => driven(&own.terms_of(tangential)),
+            };
+            let slip = over_own(slip_velocity(scene, contact));
+            let normal = over_own(match (bristles, &forces) {
+                (Some(bristles), _) => bristles.deflection(),
+                (None, Some(forces)) => forces[contact].1.clone(),
+                (None, None) => reaction(scene, scene.contacts[contact].normal),
+            });
             let flow = scene.creeps(contact).then(|| {
                 let friction = reaction(scene, tangential).scaled(sign);
                 Flow {
@@ -151,8 +156,10 @@ impl LawOperator {
         }
         let response = response(scene, combination).map(|all| Response {
             normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| match contacts[i].of {
-                LawOf::Contact(contact) => all[(2 * contact + 1, j)],
-                LawOf::Element(_) => 0.0,
+                LawOf::Contact(contact) if scene.bristles_of(contact).is_none() => {
+                    all[(2 * contact + 1, j)]
+                }
+                _ => 0.0,
             }),
             functions: DMatrix::from_fn(functions.len(), contacts.len(), |i, j| {
                 functions[i].response(&all, j)

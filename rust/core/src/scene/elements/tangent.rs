@@ -53,7 +53,10 @@ impl Scene {
             self.coupled_mass =
                 coupled_mass(mass, damping, stiffness, Some(border), &coordinates.slots)?;
         }
-        let mut preload = vec![0.0; self.size];
+        let mut preload = match &self.preload {
+            Some(own) => own.to_vec(),
+            None => vec![0.0; self.size],
+        };
         for one in &elements {
             one.direction.iter().for_each(|&(k, weight)| preload[k] -= one.preload() * weight);
         }
@@ -121,7 +124,7 @@ impl Scene {
         self.laws.is_some() || self.nonlinear_elements().next().is_some()
     }
 
-    /// F without what elements bring along.
+    /// F without what elements and bristles bring along.
     pub(crate) fn external_force(&self) -> Cow<'_, [f64]> {
         match &self.preload {
             None => Cow::Borrowed(&self.force),

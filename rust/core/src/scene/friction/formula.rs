@@ -247,7 +247,8 @@ impl Operation {
     }
 
     /// How far the argument may move from where the slots are on one panel: to half of the distance at which a divisor, or what a
-    /// logarithm or a power is taken of, would vanish, and until an exponential has changed by a factor of e.
+    /// logarithm or a power is taken of, would vanish, and until an exponential has changed by a factor of e; further, where it is
+    /// small, as the factors by which it grows and falls make of its bound at most e^2.
     fn reach(self, slots: &[Jet<f64>]) -> f64 {
         let change = |of: usize, size: f64| match slots[of].first {
             0.0 => f64::INFINITY,
@@ -257,7 +258,8 @@ impl Operation {
             Self::Constant(_) | Self::Affine { .. } | Self::Sum(..) | Self::Product(..) => {
                 f64::INFINITY
             }
-            Self::Exponential(of) | Self::Tangent(of) => change(of, 1.0),
+            Self::Exponential(of) => change(of, 1.0 + (-slots[of].value).max(0.0) / 3.0),
+            Self::Tangent(of) => change(of, 1.0),
             Self::Quotient(_, of) | Self::Logarithm(of) | Self::Power(of, _) => {
                 change(of, 0.5 * slots[of].value.abs())
             }

@@ -1,5 +1,6 @@
 //! Friction that depends on slip speed: its laws, and their effect on small motions about steady sliding.
 
+pub(crate) mod bristles;
 pub(crate) mod decay;
 pub(crate) mod formula;
 pub(crate) mod law;

@@ -27,6 +27,14 @@ impl Scene {
             return Err(Error::shape("friction laws", &expected, format!("{given} entries")));
         }
         for (contact, given) in laws.iter_mut().enumerate() {
+            if self.bristles_of(contact).is_some() {
+                if given.is_some() {
+                    let reason = "a law of friction over slip speed; state one of the two";
+                    return Err(Error::Bristles { contact, reason });
+                }
+                *given = self.friction_law(contact).cloned();
+                continue;
+            }
             let Some(law) = given else { continue };
             law.validate(contact)?;
             if self.contacts[contact].tangential_has_mass() {
@@ -82,10 +90,12 @@ impl Scene {
     }
 
     /// Whether a contact never sticks and its slip still has an event where it changes its sign: friction vanishes at rest, and
-    /// `-mu(|s|) N sgn s` is no analytic function of s. A line through zero is one, without events.
+    /// `-mu(|s|) N sgn s` is no analytic function of s. A line through zero is one, without events; `|s| z` of bristles is none.
     pub(crate) fn reverses(&self, contact: usize) -> bool {
+        let kinked =
+            |law: &FrictionLaw| law.linear().is_none() || self.bristles_of(contact).is_some();
         self.contacts[contact].static_friction == 0.0
-            && self.friction_law(contact).is_some_and(|law| law.linear().is_none())
+            && self.friction_law(contact).is_some_and(kinked)
     }
 
     /// Whether the sign of slip makes a difference to a contact.
@@ -110,8 +120,12 @@ impl Scene {
         own.slider_speed - sign * law.speed_at((friction - law.value(0.0) * normal) / normal)
     }
 
-    /// The coefficient of kinetic friction of a contact at its slip velocity in a state.
+    /// The coefficient of kinetic friction of a contact at its slip velocity in a state; 0 of bristles, whose friction is
+    /// another one.
     pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
+        if self.bristles_of(contact).is_some() {
+            return 0.0;
+        }
         let own = &self.contacts[contact];
         let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
         self.friction_law(contact).map_or(own.friction, of_law)
@@ -119,6 +133,9 @@ impl Scene {
 
     /// Its slope over the slip speed there, s/m.
     pub(crate) fn friction_slope(&self, contact: usize, u: &[f64]) -> f64 {
+        if self.bristles_of(contact).is_some() {
+            return 0.0;
+        }
         let own = &self.contacts[contact];
         let speed = (u[own.tangential] - own.slider_speed).abs();
         self.friction_law(contact).map_or(0.0, |law| law.slope(speed))
@@ -129,7 +146,7 @@ impl Scene {
         if self.laws.is_none() {
             return Cow::Borrowed(self);
         }
-        let mut scene = Self { laws: None, ..self.clone() };
+        let mut scene = Self { laws: None, bristles: None, ..self.clone() };
         for (contact, own) in scene.contacts.iter_mut().enumerate() {
             own.friction = friction(contact);
         }
@@ -139,14 +156,28 @@ impl Scene {
     /// With the friction of slip at the speed of each slider.
     pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
         let still = vec![0.0; self.size];
-        self.with_friction(|contact| self.friction_at(contact, &still))
+        let friction = |contact: usize| {
+            let speed = self.contacts[contact].slider_speed.abs();
+            let of_bristles = self.friction_of_steady_slip(contact, speed);
+            of_bristles.map_or_else(|| self.friction_at(contact, &still), |[friction, _]| friction)
+        };
+        match self.bristles {
+            Some(_) => Cow::Owned(self.without_bristles().with_friction(friction).into_owned()),
+            None => self.with_friction(friction),
+        }
     }
 
     /// With the friction of the slip velocities of a state, and the tangents of elements there.
     pub(crate) fn in_state(&self, q: &[f64], u: &[f64]) -> Cow<'_, Self> {
         let at_slip = |scene: &Self| {
             let friction = |contact| scene.friction_at(contact, u);
-            scene.laws.as_ref().map(|_| scene.with_friction(friction).into_owned())
+            scene.laws.as_ref().map(|_| {
+                let mut linear = scene.with_friction(friction).into_owned();
+                if let Some(damping) = scene.damping_of_bristles(u) {
+                    (linear.damping, linear.proportional) = (damping, None);
+                }
+                linear
+            })
         };
         match self.tangent(q, u) {
             Cow::Owned(tangent) => Cow::Owned(at_slip(&tangent).unwrap_or(tangent)),
@@ -198,16 +229,21 @@ impl Scene {
         let steady = self.at_steady_sliding();
         let dampers: Vec<(usize, f64)> = self
             .sliding_by_law(combination)
+            .filter(|&(contact, _)| self.bristles_of(contact).is_none())
             .map(|(contact, law)| {
                 let slope = law.slope(self.contacts[contact].slider_speed.abs());
                 (contact, pressed[contact] * slope)
             })
             .collect();
+        let steady = match self.bristles {
+            Some(_) => Cow::Owned(self.with_bristles_about(steady.into_owned())),
+            None => steady,
+        };
         if dampers.is_empty() {
             return steady;
         }
         let mut scene = Self {
-            damping: self.damping_beside(&dampers),
+            damping: steady.damping_beside(&dampers),
             proportional: None,
             ..steady.into_owned()
         };

@@ -1,9 +1,10 @@
-//! Dofs without mass: the nodes of compliant contacts become such dofs, and forces that depend on their rates are refused.
+//! Dofs beside those that are stated: the nodes of compliant contacts have no mass, and forces that depend on rates of dofs
+//! without mass are refused; the deflections of bristles have one.
 
 use crate::error::input::Error;
-use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::input::scene_input::Damping;
-use crate::scene::input::validated::Validated;
+use crate::scene::input::validated::{HiddenDof, Validated};
 use crate::scene::massless::coordinates::{Nodes, condensed_stiffness};
 
 /// The scene with the node of every compliant contact as a further dof, which springs tie to the others.
@@ -13,7 +14,7 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     let massless = (0..dofs).any(|dof| stated.lacks_mass(dof));
     let damping = match stated.damping {
         Damping::Proportional { mass: alpha, stiffness: beta }
-            if beta != 0.0 && (massless || !nodes.is_empty()) =>
+            if (beta != 0.0 && (massless || !nodes.is_empty())) || !nodes.bristles.is_empty() =>
         {
             let felt = condensed_stiffness(&stated.mass, &stated.stiffness)?;
             Damping::General(stated.mass.combined(alpha, &felt, beta))
@@ -24,23 +25,87 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     if massless {
         check_rates(&stated)?;
     }
+    let hidden = BristleTerms::new(&nodes, &stated)?;
     let mut force = stated.force;
     force.resize(nodes.size, 0.0);
+    force.iter_mut().zip(&hidden.force).for_each(|(force, own)| *force += own);
     let padded = |matrix: SparseMatrix| matrix.padded(nodes.size);
+    let gyroscopic = match (stated.gyroscopic.map(padded), hidden.damping) {
+        (Some(stated), Some(own)) => Some(stated.combined(1.0, &own, 1.0)),
+        (stated, own) => stated.or(own),
+    };
     let whole = Validated {
-        mass: padded(stated.mass),
+        mass: match hidden.mass {
+            Some(own) => padded(stated.mass).combined(1.0, &own, 1.0),
+            None => padded(stated.mass),
+        },
         stiffness: nodes.with_springs(stated.stiffness),
         damping: match stated.damping {
             Damping::General(damping) => Damping::General(padded(damping)),
             proportional => proportional,
         },
-        gyroscopic: stated.gyroscopic.map(padded),
+        gyroscopic,
         circulatory: stated.circulatory.map(padded),
         force,
         contacts: nodes.contacts(&stated.contacts),
+        hidden: hidden.contacts,
+        hidden_force: hidden.force,
         ..stated
     };
     Ok((nodes, whole))
+}
+
+/// What bristles add over dofs and nodes; see [`crate::scene::friction::bristles`].
+#[derive(Default)]
+struct BristleTerms {
+    contacts: Vec<HiddenDof>,
+    mass: Option<SparseMatrix>,
+    /// Dampers along the contacts, and the skew-symmetric coupling of contacts and deflections.
+    damping: Option<SparseMatrix>,
+    force: Vec<f64>,
+}
+
+impl BristleTerms {
+    fn new(nodes: &Nodes, stated: &Validated) -> Result<Self, Error> {
+        if nodes.bristles.is_empty() {
+            return Ok(Self::default());
+        }
+        let mut masses = vec![0.0; nodes.size];
+        let mut force = masses.clone();
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); nodes.size];
+        let mut contacts = Vec::new();
+        for &(contact, dof) in &nodes.bristles {
+            let law = &stated.contacts[contact];
+            let (Some(bristles), Some(tangential)) = (law.bristles, &law.tangential) else {
+                continue;
+            };
+            let along = tangential.nonzero();
+            let inverse = |&(k, entry): &(usize, f64)| entry * entry / stated.mass.get(k, k);
+            let felt = 1.0 / along.iter().map(inverse).sum::<f64>();
+            if !(felt > 0.0) {
+                let reason = "dofs without mass or compliant contacts";
+                return Err(Error::Bristles { contact, reason });
+            }
+            let spring = law.normal_force * bristles.stiffness;
+            let scale = (spring / felt).sqrt();
+            let damper = law.normal_force * (bristles.damping + bristles.viscous);
+            masses[dof] = felt;
+            force[dof] = -spring / scale * law.slider_speed;
+            for &(k, entry) in &along {
+                force[k] += damper * law.slider_speed * entry;
+                rows[k].extend(along.iter().map(|&(j, other)| (j, damper * entry * other)));
+                rows[k].push((dof, spring / scale * entry));
+                rows[dof].push((k, -spring / scale * entry));
+            }
+            contacts.push(HiddenDof { contact, dof, scale });
+        }
+        let damping = SparseMatrix::from_rows(nodes.size, |row, entries| {
+            entries.append(&mut rows[row]);
+            summed(entries);
+        });
+        let mass = Some(SparseMatrix::diagonal(&masses));
+        Ok(Self { contacts, mass, damping: Some(damping), force })
+    }
 }
 
 /// Refuses damping, gyroscopic and circulatory forces on dofs without mass, whose motion follows from forces alone.

@@ -208,7 +208,7 @@ impl Massless {
     }
 }
 
-/// The nodes of compliant contacts as dofs behind those of a scene.
+/// The nodes of compliant contacts, and the deflections of bristles, as dofs behind those of a scene.
 #[derive(Debug)]
 pub(crate) struct Nodes {
     /// Dofs with the nodes.
@@ -216,6 +216,8 @@ pub(crate) struct Nodes {
     /// (tangential, normal) dof of the node of each contact, where it has one.
     places: Vec<(Option<usize>, Option<usize>)>,
     springs: Vec<Spring>,
+    /// Contacts with bristles, each with the hidden dof of its deflection.
+    pub bristles: Vec<(usize, usize)>,
 }
 
 /// A spring of a compliant contact.
@@ -230,7 +232,8 @@ struct Spring {
 
 impl Nodes {
     pub fn new(size: usize, contacts: &[ContactInput]) -> Self {
-        let mut nodes = Self { size, places: Vec::new(), springs: Vec::new() };
+        let mut nodes =
+            Self { size, places: Vec::new(), springs: Vec::new(), bristles: Vec::new() };
         for law in contacts {
             let mut place = |direction: &Option<Direction>, stiffness: Option<f64>| {
                 let (direction, stiffness) = (direction.as_ref()?, stiffness?);
@@ -243,11 +246,15 @@ impl Nodes {
             let normal = place(&law.normal, law.springs.normal);
             nodes.places.push((tangential, normal));
         }
+        for contact in (0..contacts.len()).filter(|&i| contacts[i].bristles.is_some()) {
+            nodes.bristles.push((contact, nodes.size));
+            nodes.size += 1;
+        }
         nodes
     }
 
     pub fn is_empty(&self) -> bool {
-        self.springs.is_empty()
+        self.springs.is_empty() && self.bristles.is_empty()
     }
 
     /// K with the springs: `k (z - d . x)^2 / 2` is the energy of each.
@@ -282,12 +289,13 @@ impl Nodes {
         contacts.iter().zip(&self.places).map(moved).collect()
     }
 
-    /// Positions or velocities over dofs, with nodes where their springs are relaxed.
+    /// Positions or velocities over dofs, with nodes where their springs are relaxed and bristles that are not bent.
     pub fn extended(&self, x: &[f64]) -> Vec<f64> {
         let mut whole = x.to_vec();
         for Spring { direction, .. } in &self.springs {
             whole.push(direction.iter().map(|&(dof, entry)| entry * x[dof]).sum());
         }
+        whole.resize(self.size, 0.0);
         whole
     }
 }

@@ -17,7 +17,8 @@ pub(crate) struct LawContact {
     pub law: FrictionLaw,
     /// T / (mu N)
     pub sign: f64,
-    /// The slip velocity, and N without what laws add.
+    /// The slip velocity, and what multiplies `mu(|s|) - mu(0)`: N without what laws add, or the deflection z of bristles, which
+    /// stands for N everywhere and may be negative.
     pub slip: Functional,
     pub normal: Functional,
     /// The coordinate whose velocity alone makes the slip speed, and its weight.

@@ -1,0 +1,403 @@
+//! Friction of bristles: contacts with a state of their own (LuGre and Dahl).
+//!
+//! Under a given normal force N the bristles of a contact have a mean deflection z, and with the slip velocity
+//! `s = t . x' - v` (Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419, per unit
+//! normal force; Dahl, AIAA Journal 14 (1976) 1675, where g is constant and sigma_1 and sigma_2 are zero)
+//!
+//! ```text
+//! z' = s - sigma_0 h(|s|) z,   h(|s|) = |s| / g(|s|),   g = kinetic + (static - kinetic) e^{-(s / speed)^2}
+//! T = -N (sigma_0 z + sigma_1 z' + sigma_2 s)
+//! ```
+//!
+//! The deflection is the velocity of a hidden coordinate p, `p' = c z`, with the mass `N sigma_0 / c^2`. The kinetic energy of
+//! p is then the energy `N sigma_0 z^2 / 2` that the bristles store, and all but one product of the equations is linear:
+//!
+//! ```text
+//! row t:   + N (sigma_1 + sigma_2) (t . x' - v) + N sigma_0 z        = ... + N sigma_0 sigma_1 h(|s|) z
+//! row p:   N sigma_0 / c^2 p'' - N sigma_0 / c (t . x' - v)          =     - N sigma_0^2 / c   h(|s|) z
+//! ```
+//!
+//! The coupling of t and p is skew-symmetric, and c is such that p has the mass that the contact feels along t. The function
+//! `|s| z` is not analytic at s = 0, which is an event; the place of p means nothing.
+
+use std::ops::Range;
+
+use crate::contact::functional::Functional;
+use crate::error::input::Error;
+use crate::linalg::sparse::{SparseMatrix, summed};
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
+
+/// The numbers of the bristles of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bristles {
+    /// sigma_0, friction force per normal force and deflection, 1/m, positive.
+    pub stiffness: f64,
+    /// sigma_1, friction force per normal force and rate of the deflection, s/m, not negative.
+    pub damping: f64,
+    /// sigma_2, friction force per normal force and slip velocity, s/m, not negative.
+    pub viscous: f64,
+    /// Coefficient of friction of steady slip at large speeds without its viscous part, -, positive.
+    pub kinetic: f64,
+    /// The same at vanishing speed, -, positive.
+    pub at_rest: f64,
+    /// Scale of the speed over which it passes from one to the other, m/s, positive.
+    pub speed: f64,
+}
+
+impl Bristles {
+    pub(crate) fn validate(&self, contact: usize) -> Result<(), Error> {
+        let checks = [
+            ("stiffness", self.stiffness, "> 0", self.stiffness > 0.0),
+            ("damping", self.damping, ">= 0", self.damping >= 0.0),
+            ("viscous", self.viscous, ">= 0", self.viscous >= 0.0),
+            ("kinetic", self.kinetic, "> 0", self.kinetic > 0.0),
+            ("static", self.at_rest, "> 0", self.at_rest > 0.0),
+            ("speed", self.speed, "> 0", self.speed > 0.0),
+        ];
+        for (name, value, requirement, holds) in checks {
+            if !(holds && value.is_finite()) {
+                return Err(Error::Range {
+                    argument: format!("contact {contact}: friction: {name}"),
+                    requirement: if value.is_finite() { requirement } else { "finite" },
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// h
+    fn law(&self) -> Result<FrictionLaw, Error> {
+        if self.at_rest == self.kinetic {
+            return Ok(FrictionLaw::Linear { at_rest: 0.0, slope: 1.0 / self.kinetic });
+        }
+        let operation =
+            |name: &str, first, second, number| (name.to_owned(), first, second, number);
+        FrictionLaw::formula(&[
+            operation("constant", 0, 0, -1.0 / (self.speed * self.speed)),
+            operation("multiply", 0, 0, 0.0),
+            operation("multiply", 1, 2, 0.0),
+            operation("exp", 3, 0, 0.0),
+            operation("constant", 0, 0, self.at_rest - self.kinetic),
+            operation("multiply", 4, 5, 0.0),
+            operation("constant", 0, 0, self.kinetic),
+            operation("add", 6, 7, 0.0),
+            operation("divide", 0, 8, 0.0),
+        ])
+    }
+
+    /// g
+    fn of_steady_slip(&self, speed: f64) -> f64 {
+        let part = (-(speed / self.speed).powi(2)).exp();
+        self.kinetic + (self.at_rest - self.kinetic) * part
+    }
+}
+
+/// The bristles of one contact of a scene, in contact coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BristleContact {
+    pub numbers: Bristles,
+    pub normal_force: f64,
+    /// p
+    pub coordinate: usize,
+    /// c
+    pub scale: f64,
+    /// t
+    pub tangential: usize,
+}
+
+impl BristleContact {
+    /// z as a functional of the state.
+    pub fn deflection(&self) -> Functional {
+        Functional { velocity: vec![(self.coordinate, 1.0 / self.scale)], ..Functional::default() }
+    }
+
+    fn deflection_in(&self, u: &[f64]) -> f64 {
+        u[self.coordinate] / self.scale
+    }
+
+    /// The force over contact coordinates per `h z`.
+    pub fn direction(&self) -> [(usize, f64); 2] {
+        let Bristles { stiffness, damping, .. } = self.numbers;
+        let force = self.normal_force * stiffness;
+        [(self.tangential, force * damping), (self.coordinate, -force * stiffness / self.scale)]
+    }
+
+    /// The force of the springs of the bristles on the structure, `-N sigma_0 z`.
+    pub fn spring_force(&self, u: &[f64]) -> f64 {
+        -self.normal_force * self.numbers.stiffness * self.deflection_in(u)
+    }
+
+    /// This force in steady slip.
+    pub fn steady_spring_force(&self, slip: f64) -> f64 {
+        -self.normal_force * self.numbers.of_steady_slip(slip).copysign(slip)
+    }
+
+    /// p' where this force is given.
+    pub fn rate_of(&self, spring_force: f64) -> f64 {
+        -spring_force * self.scale / (self.normal_force * self.numbers.stiffness)
+    }
+
+    /// `h(|s|)`, T and the rate of the stored energy in a state.
+    fn in_state(&self, law: &FrictionLaw, slider_speed: f64, u: &[f64]) -> [f64; 3] {
+        let Bristles { stiffness, damping, viscous, .. } = self.numbers;
+        let slip = u[self.tangential] - slider_speed;
+        let h = law.value(slip.abs());
+        let z = self.deflection_in(u);
+        let rate = slip - stiffness * h * z;
+        let friction = -self.normal_force * (stiffness * z + damping * rate + viscous * slip);
+        [h, friction, self.normal_force * stiffness * z * rate]
+    }
+
+    /// The linear terms that bristles add to C, as (row, column, entry).
+    fn linear_terms(&self) -> [(usize, usize, f64); 3] {
+        let Bristles { stiffness, damping, viscous, .. } = self.numbers;
+        let (t, p) = (self.tangential, self.coordinate);
+        let coupling = self.normal_force * stiffness / self.scale;
+        [(t, t, self.normal_force * (damping + viscous)), (t, p, coupling), (p, t, -coupling)]
+    }
+
+    /// What small motions about steady slip at a speed add to C and to K, as (row, column, entry), where the deflection itself is
+    /// the displacement of its coordinate, which has no mass then. With `z_0 = -+ g / sigma_0` and the perturbations s and z
+    ///
+    /// ```text
+    /// row t:   N (sigma_0 z + sigma_1 z' + sigma_2 s)
+    /// row p:   N sigma_0 (z' - s + sigma_0 h z + g h' s)
+    /// ```
+    fn tangents(&self, law: &FrictionLaw, speed: f64) -> [Vec<(usize, usize, f64)>; 2] {
+        let Bristles { stiffness, damping, viscous, .. } = self.numbers;
+        let (t, p) = (self.tangential, self.coordinate);
+        let force = self.normal_force * stiffness;
+        // A slider at rest bends no bristles.
+        let bent = if speed == 0.0 { 0.0 } else { self.numbers.of_steady_slip(speed) };
+        let rates = vec![
+            (t, t, self.normal_force * viscous),
+            (t, p, self.normal_force * damping),
+            (p, p, force),
+            (p, t, force * (bent * law.slope(speed) - 1.0)),
+        ];
+        let places = vec![(t, p, force), (p, p, force * stiffness * law.value(speed))];
+        [rates, places]
+    }
+}
+
+impl Scene {
+    /// The bristles of a contact, where it has some.
+    pub(crate) fn bristles_of(&self, contact: usize) -> Option<&BristleContact> {
+        self.bristles.iter().flat_map(|all| &all[..]).find(|own| own.0 == contact).map(|own| &own.1)
+    }
+
+    /// Whether some contact has bristles.
+    pub fn has_bristles(&self) -> bool {
+        self.bristles.is_some()
+    }
+
+    /// Every contact with bristles.
+    pub(crate) fn bristle_contacts(&self) -> impl Iterator<Item = &(usize, BristleContact)> {
+        self.bristles.iter().flat_map(|all| &all[..])
+    }
+
+    /// The coordinates of deflections, whose displacements mean nothing: nothing depends on them.
+    pub(crate) fn hidden(&self) -> Range<usize> {
+        let mut coordinates = self.bristle_contacts().map(|(_, own)| own.coordinate);
+        coordinates.next().map_or(0..0, |first| first..coordinates.last().unwrap_or(first) + 1)
+    }
+
+    pub(crate) fn is_hidden(&self, coordinate: usize) -> bool {
+        self.hidden().contains(&coordinate)
+    }
+
+    /// T of a contact with bristles in a state, N, and the rate `N sigma_0 z z'` at which they store energy, W.
+    pub(crate) fn bristle_friction(&self, contact: usize, u: &[f64]) -> Option<[f64; 2]> {
+        let (own, law) = (self.bristles_of(contact)?, self.friction_law(contact)?);
+        let [_, friction, stored] = own.in_state(law, self.contacts[contact].slider_speed, u);
+        Some([friction, stored])
+    }
+
+    /// The energy that bristles store, J: the kinetic one of their coordinates.
+    pub(crate) fn bristle_energy(&self, u: &[f64]) -> f64 {
+        let of = |(_, own): &(usize, BristleContact)| {
+            let k = own.coordinate;
+            0.5 * self.mass.get(k, k) * u[k] * u[k]
+        };
+        self.bristle_contacts().map(of).sum()
+    }
+
+    /// Its change between two states, and its rate along accelerations.
+    pub(crate) fn bristle_energy_change(&self, from: &[f64], to: &[f64]) -> f64 {
+        let of = |(_, own): &(usize, BristleContact)| {
+            let k = own.coordinate;
+            0.5 * self.mass.get(k, k) * (to[k] + from[k]) * (to[k] - from[k])
+        };
+        self.bristle_contacts().map(of).sum()
+    }
+
+    /// The same scene with the laws h of its bristles.
+    pub(crate) fn with_bristles(
+        mut self,
+        given: Vec<(usize, BristleContact)>,
+    ) -> Result<Self, Error> {
+        if given.is_empty() {
+            return Ok(self);
+        }
+        let refused = |contact: usize, reason| Err(Error::Bristles { contact, reason });
+        let first = given[0].0;
+        if !self.massless.is_empty() {
+            return refused(first, "dofs without mass or compliant contacts");
+        }
+        if self.has_dependent_directions() {
+            return refused(first, "contacts whose directions depend on each other");
+        }
+        if self.loads.vibrations.iter().any(|load| load.amplitude != 0.0) {
+            return refused(first, "sliders that vibrate");
+        }
+        let mut laws = vec![None; self.contacts.len()];
+        for (contact, own) in &given {
+            laws[*contact] = Some(own.numbers.law()?);
+        }
+        self.laws = Some(laws.into());
+        self.bristles = Some(given.into());
+        Ok(self)
+    }
+
+    /// C with the product `h z` of one state: a linear term of the deflection with the h of that slip speed.
+    pub(crate) fn damping_of_bristles(&self, u: &[f64]) -> Option<SparseMatrix> {
+        self.bristles.as_ref()?;
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
+        for (contact, own) in self.bristle_contacts() {
+            let law = self.friction_law(*contact)?;
+            let [h, ..] = own.in_state(law, self.contacts[*contact].slider_speed, u);
+            for (row, weight) in own.direction() {
+                rows[row].push((own.coordinate, -weight * h / own.scale));
+            }
+        }
+        Some(self.damping.combined(1.0, &of_entries(rows), 1.0))
+    }
+
+    /// The coefficient of friction of a contact with bristles that slips steadily at a speed, `g(|s|) + sigma_2 |s|`, and its
+    /// slope, s/m.
+    pub(crate) fn friction_of_steady_slip(&self, contact: usize, speed: f64) -> Option<[f64; 2]> {
+        let numbers = self.bristles_of(contact)?.numbers;
+        let Bristles { kinetic, at_rest, viscous, speed: scale, .. } = numbers;
+        let part = (-(speed / scale).powi(2)).exp();
+        let falling = 2.0 * (at_rest - kinetic) * part * speed / (scale * scale);
+        Some([numbers.of_steady_slip(speed) + viscous * speed, viscous - falling])
+    }
+
+    /// The scene without the terms of its bristles, whose deflections a spring holds at zero: statics, in which the friction of
+    /// steady slip is constant.
+    pub(crate) fn without_bristles(&self) -> Self {
+        let (mut damping, mut springs) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
+        let mut force = self.force.clone();
+        for (contact, own) in self.bristle_contacts() {
+            let slider_speed = self.contacts[*contact].slider_speed;
+            for (row, column, entry) in own.linear_terms() {
+                damping[row].push((column, -entry));
+                if column == own.tangential {
+                    force[row] -= entry * slider_speed;
+                }
+            }
+            let k = own.coordinate;
+            springs[k].push((k, self.mass.get(k, k)));
+        }
+        Self {
+            bristles: None,
+            damping: self.damping.combined(1.0, &of_entries(damping), 1.0),
+            stiffness: self.stiffness.combined(1.0, &of_entries(springs), 1.0),
+            proportional: None,
+            force,
+            ..self.clone()
+        }
+    }
+
+    /// A scene of small motions about steady sliding of this one, with its bristles.
+    pub(crate) fn with_bristles_about(&self, mut steady: Self) -> Self {
+        let (mut damping, mut places) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
+        for (contact, own) in self.bristle_contacts() {
+            let Some(law) = self.friction_law(*contact) else { continue };
+            let [rates, springs] = own.tangents(law, self.contacts[*contact].slider_speed.abs());
+            rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));
+            springs.into_iter().for_each(|(row, column, entry)| places[row].push((column, entry)));
+            // In place of the spring that held the deflection.
+            let k = own.coordinate;
+            places[k].push((k, -self.mass.get(k, k)));
+        }
+        steady.damping = steady.damping.combined(1.0, &of_entries(damping), 1.0);
+        steady.stiffness = steady.stiffness.combined(1.0, &of_entries(places), 1.0);
+        steady.mass = SparseMatrix::from_rows(self.size, |row, entries| {
+            entries.extend(steady.mass.row(row).filter(|_| !self.is_hidden(row)));
+        });
+        steady.proportional = None;
+        steady
+    }
+}
+
+fn of_entries(mut rows: Vec<Vec<(usize, f64)>>) -> SparseMatrix {
+    SparseMatrix::from_rows(rows.len(), |row, entries| {
+        entries.append(&mut rows[row]);
+        summed(entries);
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::linalg::SparseMatrix;
+    use crate::motion::method::Method;
+    use crate::motion::propagators::Propagators;
+    use crate::scene::model::State;
+    use crate::scene::status::Combination;
+    use crate::scene::{Bristles, ContactInput, Damping, Direction, Mass, Scene, SceneInput};
+    use crate::transient::run_state::Controls;
+    use crate::transient::simulate::simulate;
+
+    fn scene(bristles: Bristles, speed: f64, stiffness: f64) -> Arc<Propagators> {
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal_force: 1.0,
+            slider_speed: speed,
+            bristles: Some(bristles),
+            ..Default::default()
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0]),
+            stiffness: SparseMatrix::diagonal(&[stiffness]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            force: vec![0.0],
+            contacts: vec![contact],
+            ..Default::default()
+        };
+        Arc::new(Propagators::new(Arc::new(Scene::new(input).expect("well-posed"))))
+    }
+
+    /// The canonical set of LuGre, dragged at 0.1 m/s: times at which the mass turns, from other programs.
+    #[test]
+    fn stick_and_slip_of_the_canonical_set() {
+        let bristles = Bristles {
+            stiffness: 1e5,
+            damping: 1e5f64.sqrt(),
+            viscous: 0.4,
+            kinetic: 1.0,
+            at_rest: 1.5,
+            speed: 1e-3,
+        };
+        let propagators = scene(bristles, -0.1, 2.0);
+        let start = State {
+            position: vec![0.0],
+            velocity: vec![-0.1],
+            combination: Combination::parse("-", 1).expect("one letter"),
+            friction_force: Vec::new(),
+        };
+        let run = simulate(&propagators, &start, 11.0, Method::Auto, Controls::default());
+        let run = run.expect("a run");
+        let times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
+        println!("{times:?} {:?} {:?}", run.stop_reason, run.counters);
+        let known = [10.2660909412841, 10.2764203978014, 10.2926632434272, 10.3009597155445];
+        assert_eq!(times.len(), known.len());
+        for (time, known) in times.iter().zip(known) {
+            assert!((time - known).abs() < 1e-9, "{time} {known}");
+        }
+    }
+}
