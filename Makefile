@@ -57,7 +57,7 @@ fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED
 	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root::fuzz
 
 fuzz-panels: ## Draw N=1000 random motions under friction laws: errors of their panels against the bounds
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib true_errors -- --nocapture
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib friction::fuzz -- --nocapture
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md

@@ -204,8 +204,10 @@ class Kick:
         slip = structure.directions[:, ::2].T @ (self.rate * self.shape)
         normal = self._reactions(self.shape, self.rate * self.shape)[1::2]
         load = self._static_forces()[1::2]
-        with np.errstate(divide="ignore"):
-            return float(np.min([np.abs(speed) / np.abs(slip), load / np.abs(normal)]))
+        # A given normal force does not change.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            largest = np.array([np.abs(speed) / np.abs(slip), load / np.abs(normal)])
+        return float(np.nanmin(largest))
 
     def _reactions(self, position: Complex | Real, velocity: Complex | Real) -> Complex | Real:
         """Contact forces that springs and dampers call for, (2c,)."""

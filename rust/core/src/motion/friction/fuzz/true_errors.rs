@@ -37,13 +37,13 @@ const CONSTANT: f64 = 0.3;
 /// Newton's steps to a slip speed in doubled precision.
 const SOLVED: usize = 8;
 /// Steps and terms of the reference: its rest is below 1e-28 of the motion.
-const STEPS: usize = 4;
-const TERMS: usize = 28;
+pub(super) const STEPS: usize = 4;
+pub(super) const TERMS: usize = 28;
 
 /// Of what the exponential is nothing beside 1, in doubled precision.
 const VANISHES: f64 = -100.0;
 
-fn exp(x: Doubled) -> Doubled {
+pub(super) fn exp(x: Doubled) -> Doubled {
     // Its series is one of small numbers.
     if x.value() < VANISHES {
         return Doubled::default();
@@ -66,7 +66,7 @@ fn ln(x: Doubled) -> Doubled {
 }
 
 /// The coefficient of order k of every slot of a formula, behind those of lower orders.
-fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<Doubled>) {
+pub(super) fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<Doubled>) {
     let (k, n) = (slip.len() - 1, operations.len());
     let order = Doubled::from(k as f64);
     let mut own: Vec<Doubled> = Vec::new();

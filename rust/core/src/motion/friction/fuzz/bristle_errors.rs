@@ -1,0 +1,222 @@
+//! True errors of panels with bristles, by the equations in displacements and deflections in doubled precision.
+//!
+//! The reference has z as a state of first order, and nothing of the hidden coordinate by which the series carry it.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+
+use crate::linalg::sparse::SparseMatrix;
+use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::friction::fuzz::true_errors::{STEPS, TERMS, slots};
+use crate::motion::friction::motion::LawMotion;
+use crate::motion::method::Wanted;
+use crate::motion::panel::Panel;
+use crate::numerics::double_double::Doubled;
+use crate::scene::contact_law::{ContactInput, Direction};
+use crate::scene::friction::bristles::{BristleContact, Bristles};
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+
+/// Panels of one motion.
+const PANELS: usize = 3;
+/// Units of rounding of a polynomial and of a sum of a few terms.
+const ROUNDING: f64 = 8.0;
+/// Slider speed, m/s; contacts slide in the positive direction.
+const SPEED: f64 = 0.5;
+
+/// Displacements, velocities and deflections.
+type State = [Vec<Doubled>; 3];
+
+fn zero() -> Doubled {
+    Doubled::default()
+}
+
+/// The coefficients of `|s| / g(|s|)` up to the order of the last one of |s|.
+fn of_law(law: &FrictionLaw, slip: &[Doubled], inner: &mut Vec<Doubled>) -> Doubled {
+    match law {
+        FrictionLaw::Linear { slope, .. } => slip[slip.len() - 1].times(*slope),
+        FrictionLaw::Formula(formula) => {
+            slots(formula.operations(), slip, inner);
+            inner[inner.len() - 1]
+        }
+        _ => panic!("no law of bristles"),
+    }
+}
+
+/// The state a time `width` later: `m x'' = F - K x - C x' + T`, `z' = s - sigma_0 h z`, where s < 0.
+fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
+    let size = input.force.len();
+    let [mass, damping, stiffness, ..] = input.matrices();
+    for _ in 0..STEPS {
+        let [mut x, mut v, mut z] = state.each_ref().map(|part| vec![part.clone()]);
+        let count = input.contacts.len();
+        let (mut slips, mut inner, mut laws) =
+            (vec![Vec::new(); count], vec![Vec::new(); count], vec![Vec::<Doubled>::new(); count]);
+        for k in 0..TERMS {
+            let order = Doubled::from((k + 1) as f64);
+            let row = |i: usize| {
+                let load = Doubled::from(if k == 0 { input.force[i] } else { 0.0 });
+                let springs = stiffness.row(i).map(|(j, value)| x[k][j].times(-value));
+                let dampers = damping.row(i).map(|(j, value)| v[k][j].times(-value));
+                springs.chain(dampers).fold(load, Doubled::add)
+            };
+            let mut loads: Vec<Doubled> = (0..size).map(row).collect();
+            let mut rates = vec![zero(); count];
+            for (i, contact) in input.contacts.iter().enumerate() {
+                let (Some(Direction::Dof(t)), Some(numbers)) =
+                    (&contact.tangential, contact.bristles)
+                else {
+                    panic!("bristles along a dof");
+                };
+                let slip = v[k][*t].add(Doubled::from(if k == 0 { -SPEED } else { 0.0 }));
+                slips[i].push(slip.times(-1.0));
+                let law = scene.friction_law(i).expect("a law");
+                laws[i].push(of_law(law, &slips[i], &mut inner[i]));
+                let product = (0..=k).fold(zero(), |sum, j| sum.add(laws[i][j].by(z[k - j][i])));
+                rates[i] = slip.add(product.times(-numbers.stiffness));
+                let force = z[k][i].times(numbers.stiffness);
+                let force = force.add(rates[i].times(numbers.damping));
+                let force = force.add(slip.times(numbers.viscous));
+                loads[*t] = loads[*t].add(force.times(-contact.normal_force));
+            }
+            let accelerated =
+                |(i, load): (usize, &Doubled)| load.over(mass.get(i, i).into()).over(order);
+            x.push(v[k].iter().map(|v| v.over(order)).collect());
+            v.push(loads.iter().enumerate().map(accelerated).collect());
+            z.push(rates.iter().map(|rate| rate.over(order)).collect());
+        }
+        let step = width / STEPS as f64;
+        for (sum, terms) in state.iter_mut().zip([&x, &v, &z]) {
+            for (j, sum) in sum.iter_mut().enumerate() {
+                let horner = |value: Doubled, term: &Vec<Doubled>| value.times(step).add(term[j]);
+                *sum = terms.iter().rev().fold(zero(), horner);
+            }
+        }
+    }
+}
+
+fn input(size: usize, numbers: &[f64], bristles: &[Bristles], general: bool) -> SceneInput {
+    let number = |place: usize| numbers[place % numbers.len()];
+    let entry = |i: usize, j: usize| match i.abs_diff(j) {
+        0 => 100.0 * (1.5 + number(i)),
+        1 => 30.0 * number(3 + i + j),
+        _ => 0.0,
+    };
+    let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
+    let contact = |(i, bristles): (usize, &Bristles)| ContactInput {
+        tangential: Some(Direction::Dof(2 * i)),
+        normal_force: 1.0 + 5.0 * number(i + 2).abs(),
+        slider_speed: SPEED,
+        bristles: Some(*bristles),
+        ..Default::default()
+    };
+    SceneInput {
+        mass: Mass::Lumped((0..size).map(|i| 1.0 + number(i + 5).abs()).collect()),
+        damping: match general {
+            true => Damping::General(stiffness.scaled(0.002)),
+            false => Damping::Proportional { mass: 0.1, stiffness: 1e-3 },
+        },
+        stiffness,
+        force: (0..size).map(number).collect(),
+        contacts: bristles.iter().enumerate().map(contact).collect(),
+        ..Default::default()
+    }
+}
+
+fn bristles() -> impl Strategy<Value = Bristles> {
+    let stiffness = (1.0..4.5f64).prop_map(|power| 10f64.powf(power));
+    let levels = (0.1..1.0f64, 0.1..1.0f64, any::<bool>());
+    (stiffness, 0.0..2.0f64, 0.0..0.5f64, levels, 0.02..1.0f64).prop_map(
+        |(stiffness, damping, viscous, (kinetic, at_rest, falls), speed)| Bristles {
+            stiffness,
+            damping: damping / stiffness.sqrt(),
+            viscous,
+            kinetic,
+            at_rest: if falls { at_rest } else { kinetic },
+            speed,
+        },
+    )
+}
+
+static MET: AtomicUsize = AtomicUsize::new(0);
+static COMPARED: AtomicUsize = AtomicUsize::new(0);
+
+/// `make fuzz-panels N=4000` draws more than 10 000 of them.
+#[test]
+fn bounds_beside_bristles_are_never_below_true_errors() {
+    panels_within_their_bounds();
+    let panels = MET.load(Ordering::Relaxed);
+    let compared = COMPARED.load(Ordering::Relaxed);
+    println!("{panels} panels, {compared} values compared");
+    assert!(compared > panels);
+}
+
+proptest! {
+    fn panels_within_their_bounds(
+        numbers in proptest::collection::vec(-1.0..1.0f64, 11),
+        start in proptest::collection::vec(-1.0..1.0f64, 7),
+        size in 3..14usize,
+        bristles in proptest::collection::vec(bristles(), 1..=2),
+        general in any::<bool>(),
+        places in proptest::collection::vec(0.0..1.0f64, 3),
+    ) {
+        let count = bristles.len();
+        let input = input(size, &numbers, &bristles, general);
+        let scene = Scene::new(input.clone()).expect("well-posed");
+        let combination = Combination::parse(&"+".repeat(count), count).expect("letters");
+        let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
+        let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
+        let functions = &basis.functions;
+        let (mut q, mut u) = (vec![0.0; scene.size], vec![0.0; scene.size]);
+        for i in 0..size {
+            (q[i], u[i]) = (0.02 * start[i % 7], 0.4 * start[(i + 3) % 7]);
+        }
+        for (k, (_, own)) in scene.bristle_contacts().enumerate() {
+            let steady = own.steady_spring_force(-SPEED);
+            u[own.coordinate] = own.rate_of(start[k] * steady);
+        }
+        let mut motion = LawMotion::default();
+        motion.restart(&scene, operator, functions, &q, &u);
+        let mut panel = Panel::default();
+        for _ in 0..PANELS {
+            motion.expand(operator, functions, &mut panel);
+            MET.fetch_add(1, Ordering::Relaxed);
+            prop_assert!(panel.is_bounded());
+            motion.state(operator, 0.0, &mut q, &mut u);
+            if scene.contacts.iter().any(|one| u[one.tangential] >= SPEED) {
+                break;
+            }
+            let doubled = |x: &[f64]| x[..size].iter().map(|&x| Doubled::from(x)).collect();
+            let deflection = |own: &BristleContact| {
+                Doubled::from(u[own.coordinate]).over(own.scale.into())
+            };
+            let bent = scene.bristle_contacts().map(|(_, own)| deflection(own)).collect();
+            let begun: State = [doubled(&q), doubled(&u), bent];
+            for &place in places.iter().chain(&[1.0]) {
+                let mut state = begun.clone();
+                moved(&scene, &input, &mut state, place * panel.width);
+                let (mut q, mut u) = (q.clone(), u.clone());
+                motion.state(operator, place * panel.width, &mut q, &mut u);
+                for (k, one) in operator.contacts.iter().enumerate() {
+                    let t = scene.contacts[k].tangential;
+                    let slip = state[1][t].add((-SPEED).into());
+                    let pairs = [(&one.slip, one.slip_norm, slip), (&one.normal, one.normal_norm, state[2][k])];
+                    for (functional, norm, expected) in pairs {
+                        let found = functional.value(&q, &u);
+                        let error = expected.add((-found).into()).value().abs();
+                        let rounding = ROUNDING * f64::EPSILON * functional.magnitude(&q, &u);
+                        let bound = norm * motion.left_out + rounding;
+                        prop_assert!(error <= bound, "{error:e} above {bound:e} at {place} of {bristles:?}");
+                        prop_assert!(bound < 1e-9 * functional.magnitude(&q, &u).max(norm), "{bound:e}");
+                        COMPARED.fetch_add(1, Ordering::Relaxed);
+                    }
+                }
+            }
+            motion.advance(&scene, operator);
+        }
+    }
+}
