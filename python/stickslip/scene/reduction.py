@@ -60,8 +60,8 @@ def equations_of(scene: Scene, combination: str) -> Reduced:
     for k, contact in enumerate(scene.contacts):
         if isinstance(contact.friction, BristleLaw):
             raise InputError(
-                f"scene: contact {k} has bristles, whose product of slip speed and deflection is in no matrix;"
-                " complex_modes has small motions about steady sliding"
+                f"scene: contact {k} has bristles, whose product of slip speed and deflection is in no"
+                " matrix; complex_modes has small motions about steady sliding"
             )
     core = scene.core.reduced(checked_combination(scene, combination))
     return Reduced(

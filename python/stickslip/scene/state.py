@@ -52,8 +52,10 @@ class State:
         order if the names are ``x1``, ``x2``, ... and the scene has others.
     friction_force
         (c,), N: friction forces that the springs of compliant contacts hold where these stick, or slide by a
-        law over slip speed; one entry per contact. None: zero where they stick, those of steady sliding where
-        they slide. Those of all other contacts follow from the state, and their entries are ignored.
+        law over slip speed; of a contact with bristles ``-N stiffness z``, with the deflection z; one entry
+        per contact. None: zero where they stick, those of steady sliding where they slide; bristles are
+        bent as in steady slip at the slip velocity of the state, and not at all where it is zero. Those of
+        all other contacts follow from the state, and their entries are ignored.
 
     Raises
     ------

@@ -300,12 +300,12 @@ class Dahl(BristleLaw):
 
 @dataclass(frozen=True)
 class LuGre(BristleLaw):
-    """Bristles with the deflection z and ``T = -N (stiffness z + damping z' + viscous s)``, where
+    """Bristles with the deflection z and ``T = -N (stiffness z + damping z' + viscous s)``.
 
-    ``z' = s - stiffness |s| z / g(s)``, ``g = kinetic + (static - kinetic) exp(-(s / speed)^2)`` (Canudas de
-    Wit and others, IEEE Transactions on Automatic Control 40 (1995) 419, whose numbers are those for N = 1).
-    The contact needs a given normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and
-    an event wherever its slip turns.
+    Here ``z' = s - stiffness |s| z / g(s)`` with ``g = kinetic + (static - kinetic) exp(-(s / speed)^2)``
+    (Canudas de Wit and others, IEEE Transactions on Automatic Control 40 (1995) 419, whose numbers are those
+    for N = 1). The contact needs a given normal force N and mass along its slip; it has the statuses ``+``
+    and ``-``, and an event wherever its slip turns.
 
     Parameters
     ----------

@@ -69,10 +69,6 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if is_forced(run) || moving.next_switch(load_time + run.end).is_some() {
         return false;
     }
-    // The box of modes knows no deflections.
-    if moving.has_bristles() {
-        return false;
-    }
     let Some(last) = run.phases.len().checked_sub(1) else { return false };
     let Ok(basis) = run.basis_of(last) else { return false };
     let combination = &basis.combination;
@@ -84,12 +80,14 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if carried {
         return false;
     }
+    // Deflections of bristles are states of first order in small motions, too.
     let flows = moving.creeping(combination).next().is_some();
+    let first_order = flows || moving.has_bristles();
     let mut cursor = Cursor::new(run);
     if cursor.seek("time", run.end).is_err() {
         return false;
     }
-    let (q, u) = (cursor.q, cursor.u);
+    let (q, mut u) = (cursor.q, cursor.u);
     // Where the motion would rest if elements were linear about where it is, and so on.
     let mut about = q.clone();
     for _ in 0..STEPS {
@@ -131,8 +129,19 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
         return false;
     }
-    let reduced = if flows { &modes.reduced } else { &reduced };
+    let reduced = if first_order { &modes.reduced } else { &reduced };
     let kept = &reduced.reduction.kept;
+    let mut q = q;
+    for (contact, own) in moving.bristle_contacts() {
+        // In small motions the deflection is the displacement of its coordinate.
+        q[own.coordinate] = own.from_steady(
+            combination.statuses()[*contact],
+            moving.contacts[*contact].slider_speed,
+            &u,
+        );
+        rest[own.coordinate] = 0.0;
+        u[own.coordinate] = 0.0;
+    }
     let deviation: Vec<f64> =
         kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z: Vec<f64> = modes.coordinates(&deviation).iter().map(|z| z.norm()).collect();
@@ -231,6 +240,23 @@ impl<'a> Laws<'a> {
                 None => reaction(steady, sliding.normal),
             };
             let speed = sliding.slider_speed.abs();
+            let slip = over_own(slip_velocity(steady, contact));
+            if let Some(bristles) = moving.bristles_of(contact) {
+                return Law {
+                    law,
+                    speed,
+                    pressed: bristles.steady_deflection(speed),
+                    slip,
+                    normal: Functional {
+                        position: vec![(bristles.coordinate, 1.0)],
+                        ..Functional::default()
+                    },
+                    drive: driven(&bristles.direction_in_small_motions()),
+                    yields: 0.0,
+                    until: f64::INFINITY,
+                    element: false,
+                };
+            }
             let (yields, until) = match moving.creeps(contact) {
                 true => (
                     1.0 / (pressed[contact].abs() * law.slope(speed)),
@@ -242,7 +268,7 @@ impl<'a> Laws<'a> {
                 law,
                 speed,
                 pressed: pressed[contact].abs(),
-                slip: over_own(slip_velocity(steady, contact)),
+                slip,
                 normal: over_own(normal),
                 drive: driven(&own.terms_of(sliding.tangential)),
                 yields,

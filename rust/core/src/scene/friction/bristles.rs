@@ -27,6 +27,7 @@ use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
+use crate::scene::status::Status;
 
 /// The numbers of the bristles of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,6 +128,22 @@ impl BristleContact {
     /// The force of the springs of the bristles on the structure, `-N sigma_0 z`.
     pub fn spring_force(&self, u: &[f64]) -> f64 {
         -self.normal_force * self.numbers.stiffness * self.deflection_in(u)
+    }
+
+    /// |z| in steady slip at a speed.
+    pub fn steady_deflection(&self, speed: f64) -> f64 {
+        self.numbers.of_steady_slip(speed) / self.numbers.stiffness
+    }
+
+    /// z less what it is in steady sliding with a status.
+    pub fn from_steady(&self, status: Status, slider_speed: f64, u: &[f64]) -> f64 {
+        self.deflection_in(u) + status.friction_sign() * self.steady_deflection(slider_speed.abs())
+    }
+
+    /// The force per `h z` in small motions, in which the deflection itself is the displacement of its coordinate.
+    pub fn direction_in_small_motions(&self) -> [(usize, f64); 2] {
+        let [along, (hidden, force)] = self.direction();
+        [along, (hidden, force * self.scale)]
     }
 
     /// This force in steady slip.

@@ -1,0 +1,263 @@
+"""Friction of bristles, LuGre and Dahl: other people's numbers, closed forms, and another integrator."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import stickslip as ss
+from bristle_scenes import bristle_scene, followed
+
+#: LuGre's usual numbers, Canudas de Wit and others (1995), Table I.
+CANONICAL = ss.friction.LuGre(
+    static=1.5, kinetic=1.0, speed=1e-3, stiffness=1e5, damping=np.sqrt(1e5), viscous=0.4
+)
+
+
+def dragged(law=CANONICAL, speed=0.1, **changes):
+    """Return a mass whose spring is pulled at a speed, in the frame of the pulled end."""
+    contact = ss.Contact(tangential="x1", normal_force=1.0, friction=law, slider_speed=-speed)
+    return ss.Scene([1.0], [[2.0]], contacts=[contact], **changes)
+
+
+@pytest.fixture(scope="module")
+def canonical():
+    return ss.simulate(dragged(), 36.0, ss.State([0.0], [-0.1], "-"))
+
+
+def test_the_canonical_set_turns_when_others_say(canonical):
+    times = [10.2660909412841, 10.2764203978014, 10.2926632434272, 10.3009597155445, 16.6288107623498]
+    assert canonical.events.time[:5] == pytest.approx(times, abs=2e-13)
+    assert set(canonical.events.kind) == {"velocity"}
+    assert "".join(canonical.events.combination[:4]) == "+-+-"
+    places = canonical.event_states()[0][:4, 0] + 0.1 * canonical.events.time[:4]
+    known = [0.63628438968428, 0.636282539413642, 0.636283162607228, 0.636283130162437]
+    assert places == pytest.approx(known, abs=2e-13)
+    deflection = -canonical.state(canonical.events.time[0]).friction_force / 1e5
+    assert deflection == pytest.approx([1.06108504680792e-05], rel=1e-12)
+    fastest = canonical.sample(np.linspace(8.66597, 8.66598, 11)).velocity.to_numpy().max() + 0.1
+    assert fastest == pytest.approx(0.369815998, abs=1e-9)
+
+
+def test_the_canonical_set_comes_to_its_cycle(canonical):
+    cycle = canonical.limit_cycle()
+    assert cycle.period == pytest.approx(6.362719821066, abs=1e-12)
+    assert cycle.stable
+    # Superstable: the bristles forget everything while the mass sticks.
+    assert np.abs(cycle.transverse_multipliers).max() < 1e-8
+    assert abs(cycle.balance().residual) < 1e-12
+
+
+def test_the_work_of_the_canonical_set_is_counted(canonical):
+    """Few panels: a phase takes as many as its fastest rate, ``stiffness |s| / g``, asks for."""
+    assert canonical.counters["phases"] == 21
+    assert canonical.counters["panels"] < 70_000
+
+
+def test_friction_of_dahl_is_a_function_of_the_place():
+    """Between turns ``T - T_end`` falls by ``exp(-stiffness |dx| / kinetic)``."""
+    kinetic, stiffness, pressed = 0.4, 300.0, 5.0
+    law = ss.friction.Dahl(kinetic, stiffness)
+    contact = ss.Contact(tangential="x1", normal_force=pressed, friction=law)
+    scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
+    run = ss.simulate(scene, 6.0, ss.State([0.1], [0.0], "+", friction_force=[0.0]))
+    assert len(run.events) > 10
+    places, friction, sign = 0.1, 0.0, 1.0
+    for k, time in enumerate(run.events.time):
+        place = float(run.event_states()[0][k, 0])
+        end = sign * kinetic * pressed
+        friction = end + (friction - end) * np.exp(-stiffness * abs(place - places) / kinetic)
+        found = float(run.sample([time]).friction_force.item())
+        assert found == pytest.approx(friction, abs=1e-12)
+        assert run.state(float(time)).friction_force == pytest.approx([friction], abs=1e-12)
+        places, sign = place, -sign
+
+
+def test_the_loop_of_dahl():
+    """A loop of amplitude X turns at ``kinetic tanh(stiffness X / kinetic)`` and loses the area in it."""
+    law = ss.friction.Dahl(1.0, 1e5)
+
+    def swung(force):
+        contact = ss.Contact(tangential="x1", normal_force=1.0, friction=law)
+        scene = ss.Scene(
+            [1.0],
+            [[1e3]],
+            contacts=[contact],
+            damping=[[2.0]],
+            loads=[ss.Harmonic({"x1": force}, frequency=20.0)],
+        )
+        return ss.simulate(scene, 1.0, ss.State([0.0], [0.0], "-")).limit_cycle(further=10.0)
+
+    def amplitude(force):
+        cycle = swung(force)
+        return 0.5 * float(cycle.maximum[0] - cycle.minimum[0])
+
+    force = brentq(lambda force: amplitude(force) - 1e-5, 0.5, 1.5, xtol=1e-13)
+    cycle = swung(force)
+    turns = cycle.run.sample(cycle.run.events.time)
+    assert np.abs(turns.friction_force.to_numpy()).max() == pytest.approx(0.761594155955765, rel=1e-9)
+    # The slider is at rest: what the contact takes is heat.
+    assert -cycle.balance().contact == pytest.approx(9.5362337617694e-6, rel=1e-8)
+
+
+@pytest.mark.parametrize("index", range(10))
+def test_random_scenes_by_another_integrator(index):
+    found = followed(*bristle_scene(1, index))
+    assert found.missed == 0
+    assert found.state < 1e-9
+    assert found.time < 1e-11
+    assert found.energy < 1e-12
+
+
+def eigenvalues(scene):
+    """Return those of steady sliding, from the equations in x, x' and z."""
+    from bristle_scenes import BristleEquations
+
+    equations = BristleEquations(scene)
+    rest = equations.state(started(scene))
+    size, step = rest.size, np.cbrt(np.finfo(float).eps)
+    columns = [
+        (equations.rate(0.0, rest + h * unit) - equations.rate(0.0, rest - h * unit)) / (2.0 * h)
+        for unit, h in zip(np.eye(size), step * np.maximum(np.abs(rest), 1e-4), strict=True)
+    ]
+    return np.linalg.eigvals(np.array(columns).T)
+
+
+def started(scene):
+    """Return steady sliding with its deflections."""
+    return ss.simulate(scene, 1e-9, ss.steady_sliding(scene)).state(0.0)
+
+
+def two_masses(slider_speed=0.05, kinetic=0.3, **numbers):
+    given = {"static": 0.6, "speed": 0.1, "stiffness": 1e4, "damping": 1.0, "viscous": 0.05}
+    law = ss.friction.LuGre(kinetic=kinetic, **{**given, **numbers})
+    contact = ss.Contact(tangential=[1.0, 0.0], normal_force=10.0, friction=law, slider_speed=slider_speed)
+    return ss.Scene(
+        [1.0, 2.0],
+        [[2000.0, -1000.0], [-1000.0, 3000.0]],
+        damping=ss.Rayleigh(mass=0.5, stiffness=0.0),
+        contacts=[contact],
+    )
+
+
+@pytest.mark.parametrize("slider_speed", [0.05, -0.3, 1e-3])
+def test_modes_are_those_of_the_equations_in_deflections(slider_speed):
+    scene = two_masses(slider_speed)
+    modes = ss.complex_modes(scene)
+    expected = eigenvalues(scene)
+    expected = expected[expected.imag >= 0.0]
+    found = np.sort_complex(modes.eigenvalues)
+    # The expected ones are by differences.
+    assert found == pytest.approx(np.sort_complex(expected), rel=1e-6)
+    assert np.count_nonzero(found.imag == 0.0) == 1
+
+
+def test_steady_sliding_stays():
+    scene = two_masses(0.3)
+    rest = ss.steady_sliding(scene)
+    run = ss.simulate(scene, 3.0, rest)
+    assert len(run.events) == 0
+    places = run.sample(np.linspace(0.0, 3.0, 50)).position.to_numpy()
+    assert np.ptp(places, axis=0) == pytest.approx([0.0, 0.0], abs=1e-14)
+    assert rest.friction_forces == pytest.approx([10.0 * scene.contacts[0].coefficient()], rel=1e-12)
+
+
+def test_sliding_that_stays_is_an_equilibrium():
+    scene = two_masses(0.5)
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": 0.05})
+    with pytest.raises(ss.NotPeriodicError, match="settles to an equilibrium: every mode decays"):
+        ss.simulate(scene, 2.0, start).limit_cycle()
+
+
+def test_small_motions_grow_as_the_modes_say():
+    scene = two_masses(0.05)
+    modes = ss.complex_modes(scene)
+    rest = started(scene)
+    shape = modes.shapes[:, 0] if modes.shapes.shape[0] == 2 else modes.shapes[0]
+    rate = complex(modes.eigenvalues[0])
+    size = 1e-8
+    start = ss.State(
+        rest.position + size * shape.real,
+        rest.velocity + size * (rate * shape).real,
+        "+",
+    )
+    run = ss.simulate(scene, 0.5, start)
+    times = np.array([0.1, 0.3, 0.5])
+    # The bristles follow within a thousandth of a second.
+    expected = size * (shape[None] * np.exp(rate * times)[:, None]).real
+    moved = run.sample(times).position.to_numpy() - rest.position
+    assert moved == pytest.approx(expected, abs=2e-2 * size * np.exp(rate.real * 0.5))
+
+
+def test_a_hopf_point_is_where_the_equations_have_one():
+    found = ss.critical_points(two_masses(), {"slider_speed": (0.1, 1.0)})
+    hopf = [point for point in found if point.kind == "hopf"]
+    assert len(hopf) == 2
+    for point in hopf:
+        values = eigenvalues(two_masses(point.value))
+        assert np.abs(values.real).min() < 1e-5
+        # Nothing is said of the motions that begin there.
+        assert "critical" not in repr(point).split("hopf")[1]
+
+
+def test_stiff_bristles_come_to_friction_without_a_state():
+    """The time at which a slip ends differs from that under ``mu(|s|)`` by a number over the stiffness."""
+    static, kinetic, speed = 0.6, 0.3, 0.2
+
+    def levels(s, kinetic=kinetic, more=static - kinetic, speed=speed):
+        return kinetic + more * np.exp(-((s / speed) ** 2))
+
+    def stop(law):
+        contact = ss.Contact(tangential="x1", normal_force=5.0, friction=law, slider_speed=0.05)
+        scene = ss.Scene([1.0], [[100.0]], contacts=[contact], damping=[[0.2]])
+        return ss.simulate(scene, 0.12, ss.State([0.0], [0.5], "-")).events.time[0]
+
+    rigid = stop(ss.friction.Law(levels))
+    later = [
+        (stop(ss.friction.LuGre(static, kinetic, speed, stiffness)) - rigid) * stiffness
+        for stiffness in (1e4, 1e5, 1e6)
+    ]
+    assert later == pytest.approx([1.0875] * 3, rel=0.03)
+    assert later[1:] == pytest.approx([1.0875] * 2, rel=0.003)
+
+
+def test_a_scene_goes_through_a_file(tmp_path):
+    scene = two_masses()
+    ss.save(scene, tmp_path / "scene.toml")
+    assert ss.load(tmp_path / "scene.toml").scene.contacts[0].friction == scene.contacts[0].friction
+    assert scene.contacts[0].friction.replace(kinetic=0.2).kinetic == 0.2
+
+
+def test_deflections_go_on_with_a_state(canonical):
+    middle = canonical.state(10.27)
+    again = ss.simulate(dragged(), 0.05, middle)
+    assert again.events.time[0] == pytest.approx(canonical.events.time[1] - 10.27, abs=1e-12)
+    assert again.sample([0.0]).friction_force.item() == pytest.approx(
+        canonical.sample([10.27]).friction_force.item(), abs=1e-12
+    )
+
+
+REFUSED = [
+    (
+        {"normal": "x2", "normal_force": None},
+        "contact 0: friction: bristles are not computed beside a normal",
+    ),
+    ({"tangential_stiffness": 1e3}, "bristles are not computed beside dofs without mass or compliant"),
+    ({"slider_vibration": ss.Harmonic(0.1, frequency=1.0)}, "bristles are not computed beside sliders that"),
+    ({"static_friction": 0.5}, "contact 0: friction: must be 0 beside bristles, got 0.5"),
+    ({"friction": ss.friction.Dahl(-1.0, 1e3)}, "contact 0: friction: kinetic: must be > 0, got -1"),
+    ({"friction": ss.friction.Dahl(1.0, 0.0)}, "contact 0: friction: stiffness: must be > 0, got 0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "said"), REFUSED)
+def test_what_bristles_are_not_computed_for_is_refused(changes, said):
+    given = {"tangential": "x1", "normal_force": 1.0, "friction": CANONICAL, "slider_speed": 0.1}
+    with pytest.raises(ss.InputError, match=said):
+        ss.Scene([1.0, 1.0], np.eye(2), contacts=[ss.Contact(**{**given, **changes})])
+
+
+def test_a_contact_with_bristles_does_not_stick():
+    with pytest.raises(ss.InputError, match="friction"):
+        ss.simulate(dragged(), 1.0, ss.State([0.0], [-0.1], "s"))
+    with pytest.raises(ss.InputError, match="contact 0 has bristles"):
+        ss.equations_of(dragged(), "+")
