@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip.scene.laws.friction import Dahl, LuGre
+from stickslip.scene.laws.friction import BoucWen, Dahl, LuGre
 
 #: s
 DURATION = 3.0
@@ -32,8 +32,11 @@ def bristle_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
         if size > 1 and rng.random() < 0.3:
             direction[(dof + 1) % size] = rng.uniform(-0.5, 0.5)
         kinetic, stiff = rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(1.0, 4.0)
-        law: Dahl | LuGre = ss.friction.Dahl(kinetic, stiff)
-        if rng.random() < 0.75:
+        law: BoucWen | Dahl | LuGre = ss.friction.Dahl(kinetic, stiff)
+        kind = rng.random()
+        if kind > 0.75:
+            law = ss.friction.BoucWen(kinetic, stiff, float(rng.integers(1, 4)), rng.uniform(0.0, 1.0))
+        elif kind < 0.6:
             law = ss.friction.LuGre(
                 static=kinetic * rng.uniform(1.0, 2.0),
                 kinetic=kinetic,
@@ -62,7 +65,7 @@ def bristle_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
 
 
 class BristleEquations:
-    """``M x'' = F - K x - C x' + sum t T`` and ``z' = s - stiffness |s| z / g`` for the vector (x, x', z)."""
+    """``M x'' = F - K x - C x' + sum t T`` and z' as the laws have it, for the vector (x, x', z)."""
 
     def __init__(self, scene: ss.Scene) -> None:
         def dense(matrix: object) -> np.ndarray:
@@ -87,6 +90,9 @@ class BristleEquations:
         self.scale = np.array([getattr(law, "speed", 1.0) for law in laws])
         self.dampers = np.array([getattr(law, "damping", 0.0) for law in laws])
         self.viscous = np.array([getattr(law, "viscous", 0.0) for law in laws])
+        self.loops = np.array([isinstance(law, BoucWen) for law in laws])
+        self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
+        self.shares = np.array([getattr(law, "share", 1.0) for law in laws])
 
     def slips(self, y: np.ndarray) -> np.ndarray:
         """Return the slip velocities."""
@@ -97,7 +103,10 @@ class BristleEquations:
         x, u, z = np.split(y, [self.size, 2 * self.size])
         s = self.slips(y)
         level = self.kinetic + (self.static - self.kinetic) * np.exp(-((s / self.scale) ** 2))
-        rate = s - self.bristles * np.abs(s) * z / level
+        bent = self.bristles * z / level
+        turned = self.shares * np.sign(z) + (1.0 - self.shares) * np.sign(s)
+        loss = np.where(self.loops, np.abs(bent) ** self.exponents * turned, bent)
+        rate = s - np.abs(s) * loss
         friction = -self.pressed * (self.bristles * z + self.dampers * rate + self.viscous * s)
         load = self.force - self.stiffness @ x - self.damping @ u + self.directions.T @ friction
         return np.concatenate([u, self.inverse @ load, rate])

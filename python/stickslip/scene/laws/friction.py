@@ -22,7 +22,7 @@ from stickslip.scene.laws.expression import Variable
 from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
 from stickslip.scene.laws.operations import values
 
-__all__ = ["Constant", "Dahl", "Law", "Linear", "LuGre", "Rational", "Stribeck", "Tabulated"]
+__all__ = ["BoucWen", "Constant", "Dahl", "Law", "Linear", "LuGre", "Rational", "Stribeck", "Tabulated"]
 
 
 def __dir__() -> list[str]:
@@ -299,6 +299,45 @@ class Dahl(BristleLaw):
 
 
 @dataclass(frozen=True)
+class BoucWen(BristleLaw):
+    """Bristles with the deflection z and ``T = -N stiffness z``, whose loop has a shape of its own.
+
+    ``z' = s - |s| (stiffness |z| / kinetic)^exponent (share sgn z + (1 - share) sgn s)`` (Bouc, 1967; Wen,
+    Journal of the Engineering Mechanics Division 102 (1976) 249): the friction force comes to ``kinetic N``
+    the more abruptly, the larger the exponent. With ``exponent=1, share=1`` it is Dahl's law. The contact
+    needs a given normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and an event
+    wherever its slip turns.
+
+    Parameters
+    ----------
+    kinetic
+        Coefficient of friction of steady slip, > 0.
+    stiffness
+        Friction force per normal force and deflection at z = 0, 1/m, > 0.
+    exponent
+        1, 2 or 3.
+    share
+        The part ``beta / (beta + gamma)`` of the loss that changes its sign with z, in [0, 1]: 0.5 unloads
+        elastically.
+    """
+
+    kinetic: float
+    stiffness: float
+    exponent: float = 1.0
+    share: float = 0.5
+    law: ClassVar[str] = "boucwen"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.exponent not in (1.0, 2.0, 3.0):
+            raise InputError(f"friction: exponent: must be 1, 2 or 3, got {self.exponent:g}")
+
+    def coefficient(self, speed: float) -> float:
+        """Return mu of steady slip at a speed, m/s."""
+        return self.kinetic
+
+
+@dataclass(frozen=True)
 class LuGre(BristleLaw):
     """Bristles with the deflection z and ``T = -N (stiffness z + damping z' + viscous s)``.
 
@@ -340,6 +379,7 @@ class LuGre(BristleLaw):
 LAWS: dict[str, type[FrictionLaw]] = {
     kind.law: kind
     for kind in (
+        BoucWen,
         Constant,
         Dahl,
         LuGre,

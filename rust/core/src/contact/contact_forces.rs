@@ -212,7 +212,7 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
     let mut all = DMatrix::zeros(2 * count, laws.len() + loads.len());
     if let Some(by_law) = by_law {
         for (j, &i) in laws.iter().enumerate() {
-            // Of bristles a unit of `h z` is a force along the slip, whatever the direction of that.
+            // Of bristles a unit of y is a force along the slip, whatever the direction of that.
             let along = scene
                 .bristles_of(i)
                 .map_or(1.0, |bristles| statuses[i].friction_sign() * bristles.direction()[0].1);

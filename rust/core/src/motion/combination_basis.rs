@@ -119,7 +119,9 @@ impl CombinationBasis {
             if wanted == Wanted::Modes {
                 let combination = combination.to_string();
                 return Err(match of {
-                    LawOf::Contact(contact) => Error::NonlinearPhase { combination, contact },
+                    LawOf::Contact(contact) | LawOf::Deflection(contact) => {
+                        Error::NonlinearPhase { combination, contact }
+                    }
                     LawOf::Element(element) => Error::NonlinearElement { combination, element },
                 });
             }

@@ -21,7 +21,7 @@ pub(crate) mod status;
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
 pub use elements::element::{ElementInput, ElementKind};
-pub use friction::bristles::Bristles;
+pub use friction::bristles::{Bristles, Hysteresis};
 pub use friction::decay::Decay;
 pub use friction::formula::{Formula, GivenOperation};
 pub use friction::law::{FrictionLaw, Table};

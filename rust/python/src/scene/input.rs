@@ -124,9 +124,28 @@ fn bristles((kind, numbers, ..): &LawData) -> Option<core::scene::Bristles> {
             kinetic,
             at_rest: kinetic,
             speed: 1.0,
+            hysteresis: None,
+        }),
+        ("boucwen", &[kinetic, stiffness, exponent, share]) => Some(core::scene::Bristles {
+            stiffness,
+            damping: 0.0,
+            viscous: 0.0,
+            kinetic,
+            at_rest: kinetic,
+            speed: 1.0,
+            hysteresis: Some(core::scene::Hysteresis { exponent: exponent as usize, share }),
         }),
         ("lugre", &[at_rest, kinetic, speed, stiffness, damping, viscous]) => {
-            Some(core::scene::Bristles { stiffness, damping, viscous, kinetic, at_rest, speed })
+            let hysteresis = None;
+            Some(core::scene::Bristles {
+                stiffness,
+                damping,
+                viscous,
+                kinetic,
+                at_rest,
+                speed,
+                hysteresis,
+            })
         }
         _ => None,
     }

@@ -69,6 +69,10 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if is_forced(run) || moving.next_switch(load_time + run.end).is_some() {
         return false;
     }
+    // A loop is no law of the slip speed, for which the box is.
+    if moving.bristle_contacts().any(|(_, own)| own.numbers.hysteresis.is_some()) {
+        return false;
+    }
     let Some(last) = run.phases.len().checked_sub(1) else { return false };
     let Ok(basis) = run.basis_of(last) else { return false };
     let combination = &basis.combination;

@@ -202,7 +202,7 @@ impl LawMotion {
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
-            if !one.is_element() && one.law.value(speed.max(0.0)) < 0.0 {
+            if !one.has_sign() && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;

@@ -14,6 +14,8 @@ use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
+use crate::scene::friction::bristles::BristleContact;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -82,20 +84,55 @@ impl LawOperator {
             taylor.equation.accelerate(&mut along, &mut acceleration);
             (direction, taylor.norm_of_velocity(own, &acceleration))
         };
-        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
-            let tangential = scene.contacts[contact].tangential;
-            let bristles = scene.bristles_of(contact);
-            let sign = combination.statuses()[contact].friction_sign();
-            let (direction, force_norm) = match bristles {
-                Some(bristles) => driven(&bristles.direction().map(|(k, w)| (k, sign * w))),
-                None => driven(&own.terms_of(tangential)),
+        let built =
+            |of, law, sign: f64, along: &[(usize, f64)], [slip, normal]: [Functional; 2]| {
+                let (direction, force_norm) = driven(along);
+                LawContact {
+                    of,
+                    law,
+                    sign,
+                    flow: None,
+                    direction,
+                    slip_norm: taylor.dual_norm(own, &slip),
+                    normal_norm: taylor.dual_norm(own, &normal),
+                    force_norm,
+                    single: match slip.single() {
+                        Some((1, place, weight)) => Some((place, -sign * weight)),
+                        _ => None,
+                    },
+                    slip,
+                    normal,
+                }
             };
+        let of_bristles = |contact: usize, bristles: &BristleContact, law: &FrictionLaw| {
+            let status = combination.statuses()[contact];
+            let speed = bristles.slip_speed(status, scene.contacts[contact].slider_speed);
+            let along = |sign: f64| bristles.direction().map(|(k, weight)| (k, sign * weight));
+            // A law of the slip speed times the deflection, or one of the deflection times the slip speed.
+            match bristles.numbers.hysteresis {
+                None => {
+                    let sign = status.friction_sign();
+                    let factors = [speed.scaled(-sign), bristles.deflection()];
+                    built(LawOf::Contact(contact), law.clone(), sign, &along(sign), factors)
+                }
+                Some(hysteresis) => {
+                    let law = bristles.numbers.loop_in(status, hysteresis);
+                    let factors = [bristles.deflection(), speed];
+                    built(LawOf::Deflection(contact), law, -1.0, &along(-1.0), factors)
+                }
+            }
+        };
+        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
+            if let Some(bristles) = scene.bristles_of(contact) {
+                return of_bristles(contact, bristles, law);
+            }
+            let tangential = scene.contacts[contact].tangential;
             let slip = over_own(slip_velocity(scene, contact));
-            let normal = over_own(match (bristles, &forces) {
-                (Some(bristles), _) => bristles.deflection(),
-                (None, Some(forces)) => forces[contact].1.clone(),
-                (None, None) => reaction(scene, scene.contacts[contact].normal),
+            let normal = over_own(match &forces {
+                Some(forces) => forces[contact].1.clone(),
+                None => reaction(scene, scene.contacts[contact].normal),
             });
+            let sign = combination.statuses()[contact].friction_sign();
             let flow = scene.creeps(contact).then(|| {
                 let friction = reaction(scene, tangential).scaled(sign);
                 Flow {
@@ -107,46 +144,19 @@ impl LawOperator {
                     weight: taylor.weight_of(tangential),
                 }
             });
-            LawContact {
-                of: LawOf::Contact(contact),
-                law: law.clone(),
-                sign,
-                flow,
-                direction,
-                slip_norm: taylor.dual_norm(own, &slip),
-                normal_norm: taylor.dual_norm(own, &normal),
-                force_norm,
-                single: match slip.single() {
-                    Some((1, place, weight)) => Some((place, -sign * weight)),
-                    _ => None,
-                },
-                slip,
-                normal,
-            }
+            let along = own.terms_of(tangential);
+            let of = LawOf::Contact(contact);
+            LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }
         });
         let elements = scene.nonlinear_elements().map(|(place, one)| {
-            let (direction, force_norm) = driven(&one.direction);
             let mut slip = Functional { constant: -one.offset, ..Functional::default() };
             match one.kind {
                 ElementKind::Spring => slip.position.clone_from(&one.direction),
                 ElementKind::Damper => slip.velocity.clone_from(&one.direction),
             }
-            LawContact {
-                of: LawOf::Element(place),
-                law: one.excess.clone(),
-                sign: -1.0,
-                flow: None,
-                direction,
-                slip_norm: taylor.dual_norm(own, &slip),
-                normal_norm: 0.0,
-                force_norm,
-                single: match slip.single() {
-                    Some((1, place, weight)) => Some((place, weight)),
-                    _ => None,
-                },
-                slip,
-                normal: Functional { constant: 1.0, ..Functional::default() },
-            }
+            let normal = Functional { constant: 1.0, ..Functional::default() };
+            let of = LawOf::Element(place);
+            built(of, one.excess.clone(), -1.0, &one.direction, [slip, normal])
         });
         let contacts: Vec<LawContact> = contacts.chain(elements).collect();
         if let Some(contact) =
@@ -304,7 +314,7 @@ fn outputs<'a>(
 fn moved_by(free: &DMatrix<f64>, contacts: &[LawContact]) -> Option<usize> {
     let contact_of = |one: &LawContact| match one.of {
         LawOf::Contact(contact) => Some(contact),
-        LawOf::Element(_) => None,
+        _ => None,
     };
     let moves = |one: &LawContact| {
         let alike = contacts.iter().filter(|o| o.law == one.law && o.slip.is_equal_to(&one.slip));

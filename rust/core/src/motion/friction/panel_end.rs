@@ -82,7 +82,7 @@ impl LawMotion {
                 return true;
             }
             let rounding = AT_BORDER * UNIT * one.slip.constant.abs();
-            if slip > rounding || one.is_element() {
+            if slip > rounding || one.has_sign() {
                 return false;
             }
             // Slip that begins with S_1 and S_2 is, where it grows by e^(r s), as one of S_1 / r or 2 S_2 / r^2.

@@ -173,8 +173,8 @@ impl Scene {
             let friction = |contact| scene.friction_at(contact, u);
             scene.laws.as_ref().map(|_| {
                 let mut linear = scene.with_friction(friction).into_owned();
-                if let Some(damping) = scene.damping_of_bristles(u) {
-                    (linear.damping, linear.proportional) = (damping, None);
+                if let Some((damping, force)) = scene.with_bristles_in(u) {
+                    (linear.damping, linear.proportional, linear.force) = (damping, None, force);
                 }
                 linear
             })

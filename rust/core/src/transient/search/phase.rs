@@ -85,7 +85,9 @@ impl PhaseSearch {
                 if let Some((of, end)) = exhausted {
                     let time = run.time.after(motion.start()).seconds;
                     let failure = match of {
-                        LawOf::Contact(contact) => RunFailure::Law { contact, time, end },
+                        LawOf::Contact(contact) | LawOf::Deflection(contact) => {
+                            RunFailure::Law { contact, time, end }
+                        }
                         LawOf::Element(element) => RunFailure::Element { element, time, end },
                     };
                     return stop(run, motion, 0.0, StopReason::Failed(failure));

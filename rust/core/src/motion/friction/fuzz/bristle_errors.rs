@@ -15,7 +15,7 @@ use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{ContactInput, Direction};
-use crate::scene::friction::bristles::{BristleContact, Bristles};
+use crate::scene::friction::bristles::{BristleContact, Bristles, Hysteresis};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
@@ -25,6 +25,8 @@ use crate::scene::status::Combination;
 const PANELS: usize = 3;
 /// Units of rounding of a polynomial and of a sum of a few terms.
 const ROUNDING: f64 = 8.0;
+/// Part of the largest deflection up to which one counts as zero.
+const SIDE: f64 = 1e-12;
 /// Slider speed, m/s; contacts slide in the positive direction.
 const SPEED: f64 = 0.5;
 
@@ -35,7 +37,7 @@ fn zero() -> Doubled {
     Doubled::default()
 }
 
-/// The coefficients of `|s| / g(|s|)` up to the order of the last one of |s|.
+/// The coefficients of `sigma_0 |s| / g(|s|)` up to the order of the last one of |s|.
 fn of_law(law: &FrictionLaw, slip: &[Doubled], inner: &mut Vec<Doubled>) -> Doubled {
     match law {
         FrictionLaw::Linear { slope, .. } => slip[slip.len() - 1].times(*slope),
@@ -47,7 +49,28 @@ fn of_law(law: &FrictionLaw, slip: &[Doubled], inner: &mut Vec<Doubled>) -> Doub
     }
 }
 
-/// The state a time `width` later: `m x'' = F - K x - C x' + T`, `z' = s - sigma_0 h z`, where s < 0.
+/// `f(z) |s|` of a loop, of order k, where s < 0; z has a sign, which a panel does not change.
+fn of_loop(
+    numbers: &Bristles,
+    Hysteresis { exponent, share }: Hysteresis,
+    [z, slip]: [&[Doubled]; 2],
+) -> Doubled {
+    // Slip takes z down from 0.
+    let side = if z[0].value() > SIDE * numbers.kinetic / numbers.stiffness { 1.0 } else { -1.0 };
+    let convolved = |a: &[Doubled], b: &[Doubled], k: usize| {
+        (0..=k).fold(zero(), |sum, j| sum.add(a[j].by(b[k - j])))
+    };
+    let bent = |z: &Doubled| z.times(side * numbers.stiffness).over(numbers.kinetic.into());
+    let bent: Vec<Doubled> = z.iter().map(bent).collect();
+    let mut power = bent.clone();
+    for _ in 1..exponent {
+        power = (0..z.len()).map(|k| convolved(&power, &bent, k)).collect();
+    }
+    let turned = Doubled::from(side * share).add(share.into()).add((-1.0).into());
+    convolved(&power, slip, z.len() - 1).by(turned)
+}
+
+/// The state a time `width` later: `m x'' = F - K x - C x' + T`, `z' = s - y`, where s < 0.
 fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
     let size = input.force.len();
     let [mass, damping, stiffness, ..] = input.matrices();
@@ -74,10 +97,18 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
                 };
                 let slip = v[k][*t].add(Doubled::from(if k == 0 { -SPEED } else { 0.0 }));
                 slips[i].push(slip.times(-1.0));
-                let law = scene.friction_law(i).expect("a law");
-                laws[i].push(of_law(law, &slips[i], &mut inner[i]));
-                let product = (0..=k).fold(zero(), |sum, j| sum.add(laws[i][j].by(z[k - j][i])));
-                rates[i] = slip.add(product.times(-numbers.stiffness));
+                let product = match numbers.hysteresis {
+                    Some(hysteresis) => {
+                        let own: Vec<Doubled> = z.iter().map(|z| z[i]).collect();
+                        of_loop(&numbers, hysteresis, [&own, &slips[i]])
+                    }
+                    None => {
+                        let law = scene.friction_law(i).expect("a law");
+                        laws[i].push(of_law(law, &slips[i], &mut inner[i]));
+                        (0..=k).fold(zero(), |sum, j| sum.add(laws[i][j].by(z[k - j][i])))
+                    }
+                };
+                rates[i] = slip.add(product.times(-1.0));
                 let force = z[k][i].times(numbers.stiffness);
                 let force = force.add(rates[i].times(numbers.damping));
                 let force = force.add(slip.times(numbers.viscous));
@@ -130,14 +161,16 @@ fn input(size: usize, numbers: &[f64], bristles: &[Bristles], general: bool) -> 
 fn bristles() -> impl Strategy<Value = Bristles> {
     let stiffness = (1.0..4.5f64).prop_map(|power| 10f64.powf(power));
     let levels = (0.1..1.0f64, 0.1..1.0f64, any::<bool>());
-    (stiffness, 0.0..2.0f64, 0.0..0.5f64, levels, 0.02..1.0f64).prop_map(
-        |(stiffness, damping, viscous, (kinetic, at_rest, falls), speed)| Bristles {
+    let hysteresis = proptest::option::weighted(0.4, (1..=3usize, 0.0..1.0f64));
+    (stiffness, 0.0..2.0f64, 0.0..0.5f64, levels, 0.02..1.0f64, hysteresis).prop_map(
+        |(stiffness, damping, viscous, (kinetic, at_rest, falls), speed, hysteresis)| Bristles {
             stiffness,
             damping: damping / stiffness.sqrt(),
             viscous,
             kinetic,
-            at_rest: if falls { at_rest } else { kinetic },
+            at_rest: if falls && hysteresis.is_none() { at_rest } else { kinetic },
             speed,
+            hysteresis: hysteresis.map(|(exponent, share)| Hysteresis { exponent, share }),
         },
     )
 }
@@ -204,7 +237,15 @@ proptest! {
                 for (k, one) in operator.contacts.iter().enumerate() {
                     let t = scene.contacts[k].tangential;
                     let slip = state[1][t].add((-SPEED).into());
-                    let pairs = [(&one.slip, one.slip_norm, slip), (&one.normal, one.normal_norm, state[2][k])];
+                    let speed = slip.times(if one.has_sign() { -1.0 } else { 1.0 });
+                    let expected = match one.has_sign() {
+                        true => [state[2][k], speed],
+                        false => [speed, state[2][k]],
+                    };
+                    let pairs = [
+                        (&one.slip, one.slip_norm, expected[0]),
+                        (&one.normal, one.normal_norm, expected[1]),
+                    ];
                     for (functional, norm, expected) in pairs {
                         let found = functional.value(&q, &u);
                         let error = expected.add((-found).into()).value().abs();

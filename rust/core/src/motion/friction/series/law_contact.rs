@@ -7,6 +7,8 @@ use crate::scene::friction::law::FrictionLaw;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LawOf {
     Contact(usize),
+    /// Of bristles whose law depends on their deflection.
+    Deflection(usize),
     Element(usize),
 }
 
@@ -17,8 +19,8 @@ pub(crate) struct LawContact {
     pub law: FrictionLaw,
     /// T / (mu N)
     pub sign: f64,
-    /// The slip velocity, and what multiplies `mu(|s|) - mu(0)`: N without what laws add, or the deflection z of bristles, which
-    /// stands for N everywhere and may be negative.
+    /// The slip velocity, and what multiplies `mu(|s|) - mu(0)`: N without what laws add. Of bristles the deflection z stands for
+    /// N everywhere and may be negative, or z for the slip speed and that for N.
     pub slip: Functional,
     pub normal: Functional,
     /// The coordinate whose velocity alone makes the slip speed, and its weight.
@@ -59,11 +61,16 @@ impl LawContact {
     /// |s|
     pub fn speed(&self, q: &[f64], u: &[f64]) -> f64 {
         let argument = -self.sign * self.slip.value(q, u);
-        if self.is_element() { argument } else { argument.max(0.0) }
+        if self.has_sign() { argument } else { argument.max(0.0) }
     }
 
     pub const fn is_element(&self) -> bool {
         matches!(self.of, LawOf::Element(_))
+    }
+
+    /// Whether its argument is no slip speed, which is positive.
+    pub const fn has_sign(&self) -> bool {
+        matches!(self.of, LawOf::Element(_) | LawOf::Deflection(_))
     }
 
     /// Whether its force is no product of two series: an element by a formula.
