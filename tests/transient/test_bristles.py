@@ -312,7 +312,7 @@ def test_what_bristles_are_not_computed_for_is_refused(changes, said):
 
 
 def test_an_exponent_is_a_small_whole_number():
-    with pytest.raises(ss.InputError, match="friction: exponent: must be 1, 2 or 3, got 1.5"):
+    with pytest.raises(ss.InputError, match=r"friction: exponent: must be 1, 2 or 3, got 1\.5"):
         ss.friction.BoucWen(0.4, 300.0, 1.5)
 
 

@@ -121,7 +121,8 @@ impl Rows {
     /// Whether the rows of a scene are worth forming.
     pub fn are_quicker(scene: &Scene) -> bool {
         scene.coupled_mass.is_none()
-            && scene.size * scene.size <= PER_ENTRY * scene.stiffness.entries()
+            && scene.size * scene.size
+                <= PER_ENTRY * scene.stiffness.entries().max(scene.damping.entries())
     }
 
     /// The rows of a combination, unless it is so large and sparse that they would take longer; with outputs, and with the
