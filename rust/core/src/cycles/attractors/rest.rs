@@ -138,7 +138,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     let mut q = q;
     for (contact, own) in moving.bristle_contacts() {
         // In small motions the deflection is the displacement of its coordinate.
-        q[own.coordinate] = own.from_steady(
+        q[own.coordinate] = own.deviation(
             combination.statuses()[*contact],
             moving.contacts[*contact].slider_speed,
             &u,

@@ -106,18 +106,20 @@ impl LawOperator {
             };
         let of_bristles = |contact: usize, bristles: &BristleContact, law: &FrictionLaw| {
             let status = combination.statuses()[contact];
-            let speed = bristles.slip_speed(status, scene.contacts[contact].slider_speed);
+            let slip = slip_velocity(scene, contact);
+            let deflection =
+                Functional { velocity: vec![bristles.deflection()], ..Functional::default() };
             let along = |sign: f64| bristles.direction().map(|(k, weight)| (k, sign * weight));
             // A law of the slip speed times the deflection, or one of the deflection times the slip speed.
             match bristles.numbers.hysteresis {
                 None => {
                     let sign = status.friction_sign();
-                    let factors = [speed.scaled(-sign), bristles.deflection()];
+                    let factors = [slip, deflection];
                     built(LawOf::Contact(contact), law.clone(), sign, &along(sign), factors)
                 }
                 Some(hysteresis) => {
                     let law = bristles.numbers.loop_in(status, hysteresis);
-                    let factors = [bristles.deflection(), speed];
+                    let factors = [deflection, slip.scaled(-status.friction_sign())];
                     built(LawOf::Deflection(contact), law, -1.0, &along(-1.0), factors)
                 }
             }

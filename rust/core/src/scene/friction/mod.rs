@@ -5,3 +5,4 @@ pub(crate) mod decay;
 pub(crate) mod formula;
 pub(crate) mod law;
 pub(crate) mod steady;
+pub(crate) mod with_bristles;

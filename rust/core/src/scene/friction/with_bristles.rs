@@ -1,0 +1,230 @@
+//! A scene with bristles: their laws, their energy, and the scenes in which they act in one state, at rest and in small motions.
+
+use std::ops::Range;
+
+use crate::error::input::Error;
+use crate::linalg::sparse::{SparseMatrix, summed};
+use crate::scene::friction::bristles::{BristleContact, Bristles};
+use crate::scene::model::Scene;
+
+impl Scene {
+    /// The bristles of a contact, where it has some.
+    pub(crate) fn bristles_of(&self, contact: usize) -> Option<&BristleContact> {
+        self.bristles.iter().flat_map(|all| &all[..]).find(|own| own.0 == contact).map(|own| &own.1)
+    }
+
+    /// Whether some contact has bristles.
+    pub fn has_bristles(&self) -> bool {
+        self.bristles.is_some()
+    }
+
+    /// Every contact with bristles.
+    pub(crate) fn bristle_contacts(&self) -> impl Iterator<Item = &(usize, BristleContact)> {
+        self.bristles.iter().flat_map(|all| &all[..])
+    }
+
+    /// The coordinates of deflections, whose displacements mean nothing: nothing depends on them.
+    pub(crate) fn hidden(&self) -> Range<usize> {
+        let mut coordinates = self.bristle_contacts().map(|(_, own)| own.coordinate);
+        coordinates.next().map_or(0..0, |first| first..coordinates.last().unwrap_or(first) + 1)
+    }
+
+    pub(crate) fn is_hidden(&self, coordinate: usize) -> bool {
+        self.hidden().contains(&coordinate)
+    }
+
+    /// T of a contact with bristles in a state, N, and the rate `N sigma_0 z z'` at which they store energy, W.
+    pub(crate) fn bristle_friction(&self, contact: usize, u: &[f64]) -> Option<[f64; 2]> {
+        let (own, law) = (self.bristles_of(contact)?, self.friction_law(contact)?);
+        Some(own.in_state(law, self.contacts[contact].slider_speed, u).0)
+    }
+
+    /// The energy that bristles store, J: the kinetic one of their coordinates.
+    pub(crate) fn bristle_energy(&self, u: &[f64]) -> f64 {
+        let of = |(_, own): &(usize, BristleContact)| {
+            let k = own.coordinate;
+            0.5 * self.mass.get(k, k) * u[k] * u[k]
+        };
+        self.bristle_contacts().map(of).sum()
+    }
+
+    /// Its change between two states, and its rate along accelerations.
+    pub(crate) fn bristle_energy_change(&self, from: &[f64], to: &[f64]) -> f64 {
+        let of = |(_, own): &(usize, BristleContact)| {
+            let k = own.coordinate;
+            0.5 * self.mass.get(k, k) * (to[k] + from[k]) * (to[k] - from[k])
+        };
+        self.bristle_contacts().map(of).sum()
+    }
+
+    /// The same scene with the laws of its bristles; that of a loop is another one.
+    pub(crate) fn with_bristles(
+        mut self,
+        given: Vec<(usize, BristleContact)>,
+    ) -> Result<Self, Error> {
+        if given.is_empty() {
+            return Ok(self);
+        }
+        let refused = |contact: usize, reason| Err(Error::Bristles { contact, reason });
+        let first = given[0].0;
+        if !self.massless.is_empty() {
+            return refused(first, "dofs without mass or compliant contacts");
+        }
+        if self.has_dependent_directions() {
+            return refused(first, "contacts whose directions depend on each other");
+        }
+        if self.loads.vibrations.iter().any(|load| load.amplitude != 0.0) {
+            return refused(first, "sliders that vibrate");
+        }
+        let mut laws = vec![None; self.contacts.len()];
+        for (contact, own) in &given {
+            laws[*contact] = Some(own.numbers.law()?);
+        }
+        self.laws = Some(laws.into());
+        self.bristles = Some(given.into());
+        Ok(self)
+    }
+
+    /// C and F with y linear in the velocities, as it is in one state.
+    pub(crate) fn with_bristles_in(&self, u: &[f64]) -> Option<(SparseMatrix, Vec<f64>)> {
+        self.bristles.as_ref()?;
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
+        let mut force = self.force.clone();
+        for (contact, own) in self.bristle_contacts() {
+            let law = self.friction_law(*contact)?;
+            let (_, (k, factor, constant)) =
+                own.in_state(law, self.contacts[*contact].slider_speed, u);
+            for (row, weight) in own.direction() {
+                rows[row].push((k, -weight * factor));
+                force[row] += weight * constant;
+            }
+        }
+        Some((self.damping.combined(1.0, &of_entries(rows), 1.0), force))
+    }
+
+    /// The coefficient of friction of a contact with bristles that slips steadily at a speed, `g(|s|) + sigma_2 |s|`, and its
+    /// slope, s/m.
+    pub(crate) fn friction_of_steady_slip(&self, contact: usize, speed: f64) -> Option<[f64; 2]> {
+        let numbers = self.bristles_of(contact)?.numbers;
+        let Bristles { kinetic, at_rest, viscous, speed: scale, .. } = numbers;
+        let part = (-(speed / scale).powi(2)).exp();
+        let falling = 2.0 * (at_rest - kinetic) * part * speed / (scale * scale);
+        Some([numbers.of_steady_slip(speed) + viscous * speed, viscous - falling])
+    }
+
+    /// The scene without the terms of its bristles, whose deflections a spring holds at zero: statics, in which the friction of
+    /// steady slip is constant.
+    pub(crate) fn without_bristles(&self) -> Self {
+        let (mut damping, mut springs) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
+        let mut force = self.force.clone();
+        for (contact, own) in self.bristle_contacts() {
+            let slider_speed = self.contacts[*contact].slider_speed;
+            for (row, column, entry) in own.linear_terms() {
+                damping[row].push((column, -entry));
+                if column == own.tangential {
+                    force[row] -= entry * slider_speed;
+                }
+            }
+            let k = own.coordinate;
+            springs[k].push((k, self.mass.get(k, k)));
+        }
+        Self {
+            bristles: None,
+            damping: self.damping.combined(1.0, &of_entries(damping), 1.0),
+            stiffness: self.stiffness.combined(1.0, &of_entries(springs), 1.0),
+            proportional: None,
+            force,
+            ..self.clone()
+        }
+    }
+
+    /// A scene of small motions about steady sliding of this one, with its bristles.
+    pub(crate) fn with_bristles_about(&self, mut steady: Self) -> Self {
+        let (mut damping, mut places) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
+        for (contact, own) in self.bristle_contacts() {
+            let Some(law) = self.friction_law(*contact) else { continue };
+            let [rates, springs] = own.tangents(law, self.contacts[*contact].slider_speed.abs());
+            rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));
+            springs.into_iter().for_each(|(row, column, entry)| places[row].push((column, entry)));
+            // In place of the spring that held the deflection.
+            let k = own.coordinate;
+            places[k].push((k, -self.mass.get(k, k)));
+        }
+        steady.damping = steady.damping.combined(1.0, &of_entries(damping), 1.0);
+        steady.stiffness = steady.stiffness.combined(1.0, &of_entries(places), 1.0);
+        steady.mass = SparseMatrix::from_rows(self.size, |row, entries| {
+            entries.extend(steady.mass.row(row).filter(|_| !self.is_hidden(row)));
+        });
+        steady.proportional = None;
+        steady
+    }
+}
+
+fn of_entries(mut rows: Vec<Vec<(usize, f64)>>) -> SparseMatrix {
+    SparseMatrix::from_rows(rows.len(), |row, entries| {
+        entries.append(&mut rows[row]);
+        summed(entries);
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::linalg::SparseMatrix;
+    use crate::motion::method::Method;
+    use crate::motion::propagators::Propagators;
+    use crate::scene::model::State;
+    use crate::scene::status::Combination;
+    use crate::scene::{Bristles, ContactInput, Damping, Direction, Mass, Scene, SceneInput};
+    use crate::transient::run_state::Controls;
+    use crate::transient::simulate::simulate;
+
+    fn scene(bristles: Bristles, speed: f64, stiffness: f64) -> Arc<Propagators> {
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(0)),
+            normal_force: 1.0,
+            slider_speed: speed,
+            bristles: Some(bristles),
+            ..Default::default()
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0]),
+            stiffness: SparseMatrix::diagonal(&[stiffness]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            force: vec![0.0],
+            contacts: vec![contact],
+            ..Default::default()
+        };
+        Arc::new(Propagators::new(Arc::new(Scene::new(input).expect("well-posed"))))
+    }
+
+    /// The canonical set of LuGre, dragged at 0.1 m/s: times at which the mass turns, from other programs.
+    #[test]
+    fn stick_and_slip_of_the_canonical_set() {
+        let bristles = Bristles {
+            stiffness: 1e5,
+            damping: 1e5f64.sqrt(),
+            viscous: 0.4,
+            kinetic: 1.0,
+            at_rest: 1.5,
+            speed: 1e-3,
+            hysteresis: None,
+        };
+        let propagators = scene(bristles, -0.1, 2.0);
+        let start = State {
+            position: vec![0.0],
+            velocity: vec![-0.1],
+            combination: Combination::parse("-", 1).expect("one letter"),
+            friction_force: Vec::new(),
+        };
+        let run = simulate(&propagators, &start, 11.0, Method::Auto, Controls::default());
+        let run = run.expect("a run");
+        let times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
+        let known = [10.2660909412841, 10.2764203978014, 10.2926632434272, 10.3009597155445];
+        assert_eq!(times.len(), known.len());
+        for (time, known) in times.iter().zip(known) {
+            assert!((time - known).abs() < 1e-12, "{time} {known}");
+        }
+    }
+}
