@@ -148,7 +148,10 @@ def followed(scene: ss.Scene, start: ss.State) -> Followed:
         path = solve_ivp(equations.rate, (begin, end), first, method="DOP853", rtol=ACCURACY, atol=absolute)
         assert path.status == 0, path.message
         reached = path.y[:, -1]
-        result.state = max(result.state, float(np.max(np.abs(reached - last) / largest)))
+        # Velocities may vanish at both ends.
+        parts = np.split(np.abs(path.y), [scene.size, 2 * scene.size])
+        sizes = np.concatenate([np.full(len(part), part.max()) for part in parts])
+        result.state = max(result.state, float(np.max(np.abs(reached - last) / sizes)))
         letters = run.start.combination if k == 0 else run.events.combination[k - 1]
         signs = np.array([1.0 if letter == "-" else -1.0 for letter in letters])
         slips = signs[:, None] * np.array([equations.slips(y) for y in path.y.T]).T

@@ -202,6 +202,23 @@ def test_modes_are_those_of_the_equations_in_deflections(slider_speed, law):
     assert np.count_nonzero(found.imag == 0.0) == 1
 
 
+def test_the_equations_of_small_motions_have_a_deflection():
+    scene = two_masses(0.05)
+    reduced = ss.equations_of(scene, "+")
+    assert repr(reduced) == "Reduced('+', 2 of 2 coordinates free, 1 deflections of bristles)"
+    rate = complex(ss.complex_modes(scene).eigenvalues[0])
+    pencil = reduced.stiffness + rate * reduced.damping + rate**2 * reduced.mass
+    sizes = np.linalg.svd(pencil / np.abs(pencil).max(axis=1, keepdims=True), compute_uv=False)
+    assert sizes[-1] < 1e-13 * sizes[0]
+
+
+def test_a_load_is_answered_as_by_the_linear_equations():
+    scene = two_masses(0.5).replace(loads=[ss.Harmonic({"x1": 1e-3}, frequency=3.0, name="shaker")])
+    answer = ss.frequency_response(scene, {"shaker_frequency": [3.0, 6.0]}).to_dataset()
+    # As small as this it is linear.
+    assert answer.response.to_numpy() == pytest.approx(answer.linear.to_numpy(), rel=1e-6)
+
+
 def test_steady_sliding_stays():
     scene = two_masses(0.3)
     rest = ss.steady_sliding(scene)
@@ -319,5 +336,3 @@ def test_an_exponent_is_a_small_whole_number():
 def test_a_contact_with_bristles_does_not_stick():
     with pytest.raises(ss.InputError, match="friction"):
         ss.simulate(dragged(), 1.0, ss.State([0.0], [-0.1], "s"))
-    with pytest.raises(ss.InputError, match="contact 0 has bristles"):
-        ss.equations_of(dragged(), "+")

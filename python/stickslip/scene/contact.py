@@ -57,7 +57,8 @@ class Contact:
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
         ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
         given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
-        Where slip has no mass, the law has to rise with the slip speed.
+        Where slip has no mass, the law has to rise with the slip speed. Laws with a state of their own
+        (`LuGre`, `Dahl`, `BoucWen`) are for contacts under a `normal_force` whose slip has mass.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.

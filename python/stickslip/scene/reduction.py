@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stickslip.faults import InputError
+import numpy as np
+
 from stickslip.scene.checks import Real
-from stickslip.scene.laws.friction import BristleLaw
 from stickslip.scene.scene import Scene, checked_combination
 
 
@@ -18,7 +18,7 @@ class Reduced:
     equations combine. In L the normal row of a sliding contact is merged into its tangential row with factor
     -friction in ``+`` and +friction in ``-``, which makes the matrices asymmetric. Displacements are R q plus
     the prescribed ones: a sticking contact moves with its slider, and the normal displacement of a closed one
-    is ``-gap``.
+    is ``-gap``. The deflection of bristles is a coordinate without mass, of which no displacement is a part.
 
     Attributes
     ----------
@@ -45,7 +45,9 @@ class Reduced:
 
     def __repr__(self) -> str:
         n, m = self.right_basis.shape
-        return f"Reduced({self.combination!r}, {m} of {n} coordinates free)"
+        bent = int(np.count_nonzero(~self.right_basis.any(axis=0)))
+        beside = f", {bent} deflections of bristles" if bent else ""
+        return f"Reduced({self.combination!r}, {m - bent} of {n} coordinates free{beside})"
 
 
 def equations_of(scene: Scene, combination: str) -> Reduced:
@@ -54,15 +56,8 @@ def equations_of(scene: Scene, combination: str) -> Reduced:
     Raises
     ------
     InputError
-        If `combination` is not one of ``+ - s d`` per contact, or lets a frictionless contact stick; if a
-        contact has bristles, whose deflection is no displacement of the scene.
+        If `combination` is not one of ``+ - s d`` per contact, or lets a frictionless contact stick.
     """
-    for k, contact in enumerate(scene.contacts):
-        if isinstance(contact.friction, BristleLaw):
-            raise InputError(
-                f"scene: contact {k} has bristles, whose product of slip speed and deflection is in no"
-                " matrix; complex_modes has small motions about steady sliding"
-            )
     core = scene.core.reduced(checked_combination(scene, combination))
     return Reduced(
         combination,
