@@ -13,7 +13,9 @@ from stickslip.scene.laws.friction import BoucWen, Dahl, LuGre
 #: s
 DURATION = 3.0
 #: Relative tolerance of the integrator, and absolute one in parts of the largest entry.
-ACCURACY, NEGLIGIBLE = 1e-13, 1e-14
+ACCURACY, NEGLIGIBLE = 1e-13, 1e-16
+#: Fewest steps of a phase.
+STEPS = 300
 #: Phases that it follows.
 FOLLOWED = 40
 
@@ -145,7 +147,16 @@ def followed(scene: ss.Scene, start: ss.State) -> Followed:
         parts = np.split(np.abs(np.stack([first, last])), [scene.size, 2 * scene.size], axis=1)
         largest = np.concatenate([np.full(part.shape[1], part.max()) for part in parts])
         absolute = NEGLIGIBLE * np.maximum(largest, 1e-9 * largest.max())
-        path = solve_ivp(equations.rate, (begin, end), first, method="DOP853", rtol=ACCURACY, atol=absolute)
+        # Longer steps pass over a narrow peak of friction about rest.
+        path = solve_ivp(
+            equations.rate,
+            (begin, end),
+            first,
+            method="DOP853",
+            rtol=ACCURACY,
+            atol=absolute,
+            max_step=(end - begin) / STEPS,
+        )
         assert path.status == 0, path.message
         reached = path.y[:, -1]
         # Velocities may vanish at both ends.
