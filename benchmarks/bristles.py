@@ -1,4 +1,4 @@
-"""LuGre's usual numbers, a mass that sticks and slips: beside heyoka, CVODE's method and others of scipy.
+"""LuGre's usual numbers, a mass that sticks and slips: beside heyoka and methods of scipy.
 
 Every program follows the run of twelve seconds up to each change of sign of the velocity of the mass. The
 error is the largest of the times of these four turns against the digits that others published. Times
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from clock import clocked
+from clock import in_turns
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
@@ -114,10 +114,7 @@ def main() -> None:
     for method, relative in (("LSODA", 1e-8), ("LSODA", 1e-12), ("Radau", 1e-8), ("DOP853", 1e-8)):
         runs[f"{method}, relative {relative:.0e}"] = by_scipy(method, relative)
     found = {name: run() for name, run in runs.items()}
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(options.rounds):
-        for name, run in runs.items():
-            times[name].append(clocked(run)[0])
+    times = in_turns(runs, options.rounds)
     least = {name: min(own) for name, own in times.items()}
     rows = [
         [name, f"{1e3 * least[name]:.0f}", f"{least[name] / least['stickslip']:.2f}", error(found[name])]

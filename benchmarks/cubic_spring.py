@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from clock import clocked
+from clock import in_turns
 from friction_laws import COUNTED, DURATION, error
 
 import stickslip as ss
@@ -57,10 +57,7 @@ def main() -> None:
             runs[f"{name}, heyoka"] = prepare(*case, DURATION, 0.0)
     found = {name: run() for name, run in runs.items()}
     expected = {name: Peer(*case).run(COUNTED, DURATION) for name, case in cases.items()}
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(options.rounds):
-        for name, run in runs.items():
-            times[name].append(clocked(run)[0])
+    times = in_turns(runs, options.rounds)
     least = {name: min(own) for name, own in times.items()}
     rows = [
         [

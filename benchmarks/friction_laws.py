@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from clock import clocked
+from clock import in_turns
 from mpmath import mpf
 
 import stickslip as ss
@@ -66,10 +66,7 @@ def main() -> None:
             runs[f"heyoka, {name}"] = prepare(scene, start, DURATION, tolerance)
     found = {name: run() for name, run in runs.items()}
     expected = Peer(scene, start).run(COUNTED, DURATION)
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(options.rounds):
-        for name, run in runs.items():
-            times[name].append(clocked(run)[0])
+    times = in_turns(runs, options.rounds)
     least = {name: min(own) for name, own in times.items()}
     rows = [
         [

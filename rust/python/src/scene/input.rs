@@ -116,39 +116,27 @@ pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> 
 
 /// The bristles of a contact, where its law has such.
 fn bristles((kind, numbers, ..): &LawData) -> Option<core::scene::Bristles> {
-    match (&kind[..], &numbers[..]) {
-        ("dahl", &[kinetic, stiffness]) => Some(core::scene::Bristles {
-            stiffness,
-            damping: 0.0,
-            viscous: 0.0,
-            kinetic,
-            at_rest: kinetic,
-            speed: 1.0,
-            hysteresis: None,
-        }),
-        ("boucwen", &[kinetic, stiffness, exponent, share]) => Some(core::scene::Bristles {
-            stiffness,
-            damping: 0.0,
-            viscous: 0.0,
-            kinetic,
-            at_rest: kinetic,
-            speed: 1.0,
-            hysteresis: Some(core::scene::Hysteresis { exponent: exponent as usize, share }),
-        }),
-        ("lugre", &[at_rest, kinetic, speed, stiffness, damping, viscous]) => {
-            let hysteresis = None;
-            Some(core::scene::Bristles {
-                stiffness,
-                damping,
-                viscous,
-                kinetic,
-                at_rest,
-                speed,
-                hysteresis,
-            })
+    let plain = |kinetic, stiffness| core::scene::Bristles {
+        stiffness,
+        damping: 0.0,
+        viscous: 0.0,
+        kinetic,
+        at_rest: kinetic,
+        speed: 1.0,
+        hysteresis: None,
+    };
+    Some(match (&kind[..], &numbers[..]) {
+        ("dahl", &[kinetic, stiffness]) => plain(kinetic, stiffness),
+        ("boucwen", &[kinetic, stiffness, exponent, share]) => {
+            let hysteresis = core::scene::Hysteresis { exponent: exponent as usize, share };
+            core::scene::Bristles { hysteresis: Some(hysteresis), ..plain(kinetic, stiffness) }
         }
-        _ => None,
-    }
+        ("lugre", &[at_rest, kinetic, speed, stiffness, damping, viscous]) => {
+            let plain = plain(kinetic, stiffness);
+            core::scene::Bristles { damping, viscous, at_rest, speed, ..plain }
+        }
+        _ => return None,
+    })
 }
 
 fn law(

@@ -91,7 +91,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if cursor.seek("time", run.end).is_err() {
         return false;
     }
-    let (q, mut u) = (cursor.q, cursor.u);
+    let (mut q, mut u) = (cursor.q, cursor.u);
     // Where the motion would rest if elements were linear about where it is, and so on.
     let mut about = q.clone();
     for _ in 0..STEPS {
@@ -135,7 +135,6 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     }
     let reduced = if first_order { &modes.reduced } else { &reduced };
     let kept = &reduced.reduction.kept;
-    let mut q = q;
     for (contact, own) in moving.bristle_contacts() {
         // In small motions the deflection is the displacement of its coordinate.
         q[own.coordinate] = own.deviation(

@@ -28,15 +28,8 @@ impl Scene {
         if given.is_empty() {
             return Ok(self);
         }
-        let refused = |reason| Err(Error::Elements { reason });
-        if !self.massless.is_empty() {
-            return refused("dofs without mass or compliant contacts");
-        }
-        if self.has_dependent_directions() {
-            return refused("contacts whose directions depend on each other");
-        }
-        if self.loads.vibrations.iter().any(|load| load.amplitude != 0.0) {
-            return refused("sliders that vibrate");
+        if let Some(reason) = self.refuses_local_forces() {
+            return Err(Error::Elements { reason });
         }
         let elements = given.iter().enumerate().map(|(place, one)| self.element(place, one));
         let elements = elements.collect::<Result<Vec<Element>, Error>>()?;
@@ -63,6 +56,18 @@ impl Scene {
         self.preload = Some(preload.into());
         self.elements = Some(elements.into());
         Ok(self)
+    }
+
+    /// What elements and bristles are not computed beside, where the scene has such.
+    pub(crate) fn refuses_local_forces(&self) -> Option<&'static str> {
+        if !self.massless.is_empty() {
+            return Some("dofs without mass or compliant contacts");
+        }
+        if self.has_dependent_directions() {
+            return Some("contacts whose directions depend on each other");
+        }
+        let vibrates = self.loads.vibrations.iter().any(|load| load.amplitude != 0.0);
+        vibrates.then_some("sliders that vibrate")
     }
 
     fn element(&self, place: usize, given: &ElementInput) -> Result<Element, Error> {

@@ -159,7 +159,7 @@ impl Scene {
         let friction = |contact: usize| {
             let speed = self.contacts[contact].slider_speed.abs();
             let of_bristles = self.friction_of_steady_slip(contact, speed);
-            of_bristles.map_or_else(|| self.friction_at(contact, &still), |[friction, _]| friction)
+            of_bristles.unwrap_or_else(|| self.friction_at(contact, &still))
         };
         match self.bristles {
             Some(_) => Cow::Owned(self.without_bristles().with_friction(friction).into_owned()),

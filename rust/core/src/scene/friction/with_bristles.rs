@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
-use crate::scene::friction::bristles::{BristleContact, Bristles};
+use crate::scene::friction::bristles::BristleContact;
 use crate::scene::model::Scene;
 
 impl Scene {
@@ -48,7 +48,7 @@ impl Scene {
         self.bristle_contacts().map(of).sum()
     }
 
-    /// Its change between two states, and its rate along accelerations.
+    /// Its change between two states.
     pub(crate) fn bristle_energy_change(&self, from: &[f64], to: &[f64]) -> f64 {
         let of = |(_, own): &(usize, BristleContact)| {
             let k = own.coordinate;
@@ -65,16 +65,8 @@ impl Scene {
         if given.is_empty() {
             return Ok(self);
         }
-        let refused = |contact: usize, reason| Err(Error::Bristles { contact, reason });
-        let first = given[0].0;
-        if !self.massless.is_empty() {
-            return refused(first, "dofs without mass or compliant contacts");
-        }
-        if self.has_dependent_directions() {
-            return refused(first, "contacts whose directions depend on each other");
-        }
-        if self.loads.vibrations.iter().any(|load| load.amplitude != 0.0) {
-            return refused(first, "sliders that vibrate");
+        if let Some(reason) = self.refuses_local_forces() {
+            return Err(Error::Bristles { contact: given[0].0, reason });
         }
         let mut laws = vec![None; self.contacts.len()];
         for (contact, own) in &given {
@@ -102,14 +94,10 @@ impl Scene {
         Some((self.damping.combined(1.0, &of_entries(rows), 1.0), force))
     }
 
-    /// The coefficient of friction of a contact with bristles that slips steadily at a speed, `g(|s|) + sigma_2 |s|`, and its
-    /// slope, s/m.
-    pub(crate) fn friction_of_steady_slip(&self, contact: usize, speed: f64) -> Option<[f64; 2]> {
+    /// The coefficient of friction of a contact with bristles that slips steadily at a speed, `g(|s|) + sigma_2 |s|`.
+    pub(crate) fn friction_of_steady_slip(&self, contact: usize, speed: f64) -> Option<f64> {
         let numbers = self.bristles_of(contact)?.numbers;
-        let Bristles { kinetic, at_rest, viscous, speed: scale, .. } = numbers;
-        let part = (-(speed / scale).powi(2)).exp();
-        let falling = 2.0 * (at_rest - kinetic) * part * speed / (scale * scale);
-        Some([numbers.of_steady_slip(speed) + viscous * speed, viscous - falling])
+        Some(numbers.of_steady_slip(speed) + numbers.viscous * speed)
     }
 
     /// The scene without the terms of its bristles, whose deflections a spring holds at zero: statics, in which the friction of
