@@ -39,6 +39,18 @@ def _levelling(s: Any, kinetic: float = 0.4, rise: float = 0.4, speed: float = 0
     return kinetic + rise / np.sqrt(1.0 + (s / speed) ** 2)
 
 
+def _bending(s: Any, z: Any, kinetic: float = 0.4, rise: float = 0.5, stiffness: float = 400.0) -> Any:
+    """Return the rate of bristles that a user describes."""
+    return s - stiffness * abs(s) * z / (kinetic + rise / np.sqrt(1.0 + (s / 0.1) ** 2))
+
+
+def _bent(
+    s: Any, z: Any, kinetic: float = 0.4, rise: float = 0.5, stiffness: float = 400.0, damping: float = 0.2
+) -> Any:
+    """Return the friction of these bristles."""
+    return stiffness * z + damping * _bending(s, z, kinetic, rise, stiffness)
+
+
 def _rigid_pad() -> ss.Scene:
     """Return a rigid pad on three points in a row, whose normal directions depend on each other."""
     points = [
@@ -112,6 +124,9 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
             normal_force=5.0,
         )
     ),
+    "own state": lambda: _scene(
+        _belt(friction=ss.friction.StateLaw(force=_bent, rate=_bending), normal=None, normal_force=5.0)
+    ),
     "cubic spring": lambda: _scene(
         _belt(static_friction=0.8),
         elements=[
@@ -149,6 +164,7 @@ KICKS = {"stop": (0.9, 3.0), "compliant": (-8.0, 6.0)} | {
 PARAMETERS = {
     "Stribeck": ("friction_kinetic", 0.2, 0.6),
     "bristles": ("friction_kinetic", 0.2, 0.6),
+    "own state": ("friction_kinetic", 0.2, 0.6),
     "table": ("slider_speed", 0.12, 0.3),
     "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),

@@ -19,7 +19,8 @@ from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import friction_factors, mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
-from stickslip.scene.laws.friction import Constant, FrictionLaw
+from stickslip.scene.laws.friction import Constant
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure

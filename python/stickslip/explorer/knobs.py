@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from stickslip.scene.contact import LAW
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.parameters.numbers import FACTORS
 

@@ -31,7 +31,7 @@ from stickslip.scene.checks import Real, check_memory, described, real_array, re
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.elements import Damper, Element, Spring
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 from stickslip.scene.scene import Scene
 

@@ -42,7 +42,7 @@ import scipy.sparse.linalg
 
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.elements import Damper
-from stickslip.scene.laws.friction import BristleLaw
+from stickslip.scene.laws.state import LawWithState
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import directions, tangent
 
@@ -61,11 +61,11 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
     """Return how motions grow from a Hopf point, and l_1 of a mode whose largest displacement is 1 m, 1/m^2.
 
     None where a contact sticks, so that steady sliding is no rest, where the stiffness of the combination is
-    singular, or where a contact has bristles, whose nonlinear terms are others.
+    singular, or where a contact has a state, whose nonlinear terms are others.
     """
     if not (scene.core.has_friction_laws or scene.elements):
         return "linear until a status changes", 0.0
-    if "s" in combination or any(isinstance(one.friction, BristleLaw) for one in scene.contacts):
+    if "s" in combination or any(isinstance(one.friction, LawWithState) for one in scene.contacts):
         return None
     try:
         return _Sliding(scene, combination).growth(1j * abs(eigenvalue.imag))

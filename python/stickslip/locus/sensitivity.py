@@ -28,7 +28,7 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import Complex, Real, check_memory, real_number
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene

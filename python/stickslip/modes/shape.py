@@ -12,7 +12,7 @@ from stickslip.modes.computed import Computed
 from stickslip.modes.spiral import spiral
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
 

@@ -22,7 +22,7 @@ from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import described
 from stickslip.scene.contact import entries_of
 from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.scene import Scene
 
 

@@ -14,7 +14,7 @@ from stickslip.report.findings import Findings
 from stickslip.scene.drawing.schematic import schematic
 from stickslip.scene.elements import described_elements
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
 from stickslip.show.units import LENGTHS, suited

@@ -23,7 +23,9 @@ from stickslip.scene.checks import (
     real_number,
     whole_number,
 )
-from stickslip.scene.laws.friction import LAWS, FrictionLaw, law_of
+from stickslip.scene.laws.friction import LAWS, law_of
+from stickslip.scene.laws.law import FrictionLaw
+from stickslip.scene.laws.state import LawWithState
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -58,7 +60,8 @@ class Contact:
         ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
         given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
         Where slip has no mass, the law has to rise with the slip speed. Laws with a state of their own
-        (`LuGre`, `Dahl`, `BoucWen`) are for contacts under a `normal_force` whose slip has mass.
+        (`LuGre`, `Dahl`, `BoucWen`, `ElastoPlastic`, `RateState`, `StateLaw`) are for contacts under a
+        `normal_force` whose slip has mass.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.
@@ -223,8 +226,10 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
     friction = real_number(f"{place}: friction", contact.friction if law is None else law.at_rest)
     static, speed = contact.static_friction, real_number(f"{place}: slider_speed", contact.slider_speed)
     if law is not None and np.isfinite(speed) and not np.isfinite(steady := law.coefficient(abs(speed))):
+        one = isinstance(law, LawWithState)
         raise InputError(
             f"{place}: friction: must be finite at the slider speed {speed:g} m/s, got {steady:g}"
+            f"{', as the rate has to fall through zero at one state z' * one}"
         )
     return (
         None if contact.tangential is None else _direction(f"{place}: tangential", contact.tangential, dofs),

@@ -45,7 +45,7 @@ from stickslip.scene.laws.damping import (
     core_damping,
     described_damping,
 )
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads
 from stickslip.scene.parameters.numbers import Number, changed_parts, found_number

@@ -26,7 +26,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("error", 730),
     ("numerics", 1490),
     ("linalg", 1790),
-    ("scene", 7950),
+    ("scene", 8170),
     ("contact", 3490),
     ("modes", 2205),
     ("locus", 2480),

@@ -1,7 +1,9 @@
-"""Formulas of one variable and of named numbers, read from a text and told as one.
+"""Formulas of a variable and of named numbers, read from a text and told as one.
 
 An expression is a tree of tuples, which compare and hash by what they say: ``("variable",)``,
-``("number", name)``, ``("constant", value)``, and an operation with its operands, ``("add", a, b)``.
+``("number", name)``, ``("constant", value)``, and an operation with its operands, ``("add", a, b)``. A
+formula of a contact with a state also has ``("state",)``, and of its variable, the slip velocity, the
+``("speed",)`` and the ``("direction",)``.
 """
 
 from __future__ import annotations
@@ -36,6 +38,10 @@ _SIGNS: dict[type[ast.AST], str] = {
 #: Sign and how closely it binds.
 _TOLD = {"add": (" + ", 1), "subtract": (" - ", 1), "multiply": (" * ", 2), "divide": (" / ", 2)}
 _NEGATIVE, _POWER, _WHOLE = 3, 4, 5
+#: What abs and sign give of the variable of a formula with a state, by the names of Python and numpy.
+OF_SLIP = {"abs": "speed", "absolute": "speed", "fabs": "speed", "sign": "direction"}
+#: What a formula depends on.
+_LEAVES = ("variable", "state", "speed", "direction")
 #: Functions that would choose between formulas by a value.
 CHOOSING = (
     *("abs", "absolute", "fabs", "min", "max", "minimum", "maximum", "fmin", "fmax", "where", "sign", "clip"),
@@ -60,12 +66,26 @@ class Variable:
         The argument that errors name, such as ``friction``.
     table
         What to use where no formula says it, such as ``Tabulated``.
+    state
+        How formulas call a second variable, the state of a contact, where there is one.
     """
 
     name: str
     meaning: str
     argument: str
     table: str
+    state: str | None = None
+
+    @property
+    def names(self) -> dict[str, Tree]:
+        """What formulas depend on, by name."""
+        second: dict[str, Tree] = {} if self.state is None else {self.state: ("state",)}
+        return {self.name: ("variable",), **second}
+
+    def of_slip(self, function: str, operand: Tree) -> Tree | None:
+        """Return the speed or the direction of slip, where a function of the variable stands for it."""
+        known = self.state is not None and operand == ("variable",)
+        return (OF_SLIP[function],) if known and function in OF_SLIP else None
 
     def refuse(self, reason: str) -> NoReturn:
         """Raise the error of a formula."""
@@ -118,7 +138,7 @@ def _tree(variable: Variable, read: ast.expr) -> Tree:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return constant(variable, value)
         case ast.Name(id=name):
-            return ("variable",) if name == variable.name else ("number", name)
+            return variable.names.get(name, ("number", name))
         case ast.UnaryOp(op=ast.UAdd(), operand=a):
             return _tree(variable, a)
         case ast.UnaryOp(op=ast.USub(), operand=a):
@@ -127,6 +147,10 @@ def _tree(variable: Variable, read: ast.expr) -> Tree:
             return joined(variable, _SIGNS[type(sign)], _tree(variable, a), _tree(variable, b))
         case ast.Call(func=ast.Name(id=name), args=[a], keywords=[]) if name in FUNCTIONS:
             return joined(variable, name, _tree(variable, a))
+        case ast.Call(func=ast.Name(id=name), args=[ast.Name(id=of)], keywords=[]) if (
+            found := variable.of_slip(name, variable.names.get(of, ()))
+        ):
+            return found
         case ast.IfExp() | ast.Compare() | ast.BoolOp():
             variable.refuse_choice(f"formula: {described(ast.unparse(read))}")
         case ast.Call(func=ast.Name(id=name)) if name in CHOOSING:
@@ -169,7 +193,7 @@ def _size(tree: Tree) -> int:
 
 def depends(tree: Tree) -> bool:
     """Return whether the variable stands in a formula."""
-    return tree[0] == "variable" or any(map(depends, _operands(tree)))
+    return tree[0] in _LEAVES or any(map(depends, _operands(tree)))
 
 
 def names(tree: Tree) -> list[str]:
@@ -188,7 +212,8 @@ def check_names(variable: Variable, numbers: Mapping[str, Any], tree: Tree, take
     """
     for name in numbers:
         stem, _, label = name.rpartition("_")
-        if not name.isidentifier() or keyword.iskeyword(name) or name in (*taken, *FUNCTIONS, variable.name):
+        known = (*taken, *FUNCTIONS, *variable.names)
+        if not name.isidentifier() or keyword.iskeyword(name) or name in known:
             variable.refuse(f"{described(name)} cannot name a number of a formula")
         if stem and label.isdecimal():
             variable.refuse(f"{name}: _{label} at the end stands for one contact; call it {stem}{label}")
@@ -220,6 +245,11 @@ def _told(variable: Variable, tree: Tree) -> tuple[str, int]:
     match operation:
         case "variable":
             return variable.name, _WHOLE
+        case "state":
+            return str(variable.state), _WHOLE
+        case "speed" | "direction":
+            function = "abs" if operation == "speed" else "sign"
+            return f"{function}({variable.name})", _WHOLE
         case "number":
             return tree[1], _WHOLE
         case "constant":

@@ -7,7 +7,6 @@ friction, which is mu(0) unless `Contact.static_friction` gives another value.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,10 +18,14 @@ import scipy
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array
 from stickslip.scene.laws.expression import Variable
-from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
+from stickslip.scene.laws.law import FormulaLaw, FrictionLaw, LawData, law_among
 from stickslip.scene.laws.operations import values
+from stickslip.scene.laws.state import BoucWen, Dahl, ElastoPlastic, LuGre, RateState, StateLaw
 
-__all__ = ["BoucWen", "Constant", "Dahl", "Law", "Linear", "LuGre", "Rational", "Stribeck", "Tabulated"]
+__all__ = [
+    *("BoucWen", "Constant", "Dahl", "ElastoPlastic", "Law", "Linear", "LuGre", "RateState", "Rational"),
+    *("StateLaw", "Stribeck", "Tabulated"),
+]
 
 
 def __dir__() -> list[str]:
@@ -31,26 +34,6 @@ def __dir__() -> list[str]:
 
 #: What the formula of a law depends on.
 SLIP_SPEED = Variable("s", "the slip speed s >= 0", "friction", "Tabulated")
-
-
-@dataclass(frozen=True)
-class FrictionLaw(OneVariableLaw):
-    """The dependence of friction on slip speed, of which every public class of this module is a form."""
-
-    argument: ClassVar[str] = "friction"
-
-    def data(self) -> LawData | None:
-        """Return the law as the core takes it; None where friction is constant."""
-        return self.law, list(self.parameters().values()), [], []
-
-    @abstractmethod
-    def coefficient(self, speed: float) -> float:
-        """Return mu at a slip speed, m/s."""
-
-    @property
-    def at_rest(self) -> float:
-        """Coefficient up to which a contact that sticks holds, without a `Contact.static_friction`."""
-        return self.coefficient(0.0)
 
 
 @dataclass(frozen=True)
@@ -263,126 +246,16 @@ class Law(FormulaLaw, FrictionLaw):
         return float(self._value(speed))
 
 
-@dataclass(frozen=True)
-class BristleLaw(FrictionLaw):
-    """Friction with a state of its own, the deflection of bristles."""
-
-    @property
-    def at_rest(self) -> float:
-        """Zero: a contact with bristles creeps and never sticks."""
-        return 0.0
-
-
-@dataclass(frozen=True)
-class Dahl(BristleLaw):
-    """Bristles with the deflection z, ``z' = s - stiffness |s| z / kinetic`` and ``T = -N stiffness z``.
-
-    Where slip turns, the friction force follows it over the distance ``kinetic / stiffness`` like a spring
-    that yields (Dahl, AIAA Journal 14 (1976) 1675). The contact needs a given normal force N and mass along
-    its slip; it has the statuses ``+`` and ``-``, and an event wherever its slip turns.
-
-    Parameters
-    ----------
-    kinetic
-        Coefficient of friction of steady slip, > 0.
-    stiffness
-        Friction force per normal force and deflection, 1/m, > 0.
-    """
-
-    kinetic: float
-    stiffness: float
-    law: ClassVar[str] = "dahl"
-
-    def coefficient(self, speed: float) -> float:
-        """Return mu of steady slip at a speed, m/s."""
-        return self.kinetic
-
-
-@dataclass(frozen=True)
-class BoucWen(BristleLaw):
-    """Bristles with the deflection z and ``T = -N stiffness z``, whose loop has a shape of its own.
-
-    ``z' = s - |s| (stiffness |z| / kinetic)^exponent (share sgn z + (1 - share) sgn s)`` (Bouc, 1967; Wen,
-    Journal of the Engineering Mechanics Division 102 (1976) 249): the friction force comes to ``kinetic N``
-    the more abruptly, the larger the exponent. With ``exponent=1, share=1`` it is Dahl's law. The contact
-    needs a given normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and an event
-    wherever its slip turns.
-
-    Parameters
-    ----------
-    kinetic
-        Coefficient of friction of steady slip, > 0.
-    stiffness
-        Friction force per normal force and deflection at z = 0, 1/m, > 0.
-    exponent
-        1, 2 or 3.
-    share
-        The part ``beta / (beta + gamma)`` of the loss that changes its sign with z, in [0, 1]: 0.5 unloads
-        elastically.
-    """
-
-    kinetic: float
-    stiffness: float
-    exponent: float = 1.0
-    share: float = 0.5
-    law: ClassVar[str] = "boucwen"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.exponent not in (1.0, 2.0, 3.0):
-            raise InputError(f"friction: exponent: must be 1, 2 or 3, got {self.exponent:g}")
-
-    def coefficient(self, speed: float) -> float:
-        """Return mu of steady slip at a speed, m/s."""
-        return self.kinetic
-
-
-@dataclass(frozen=True)
-class LuGre(BristleLaw):
-    """Bristles with the deflection z and ``T = -N (stiffness z + damping z' + viscous s)``.
-
-    Here ``z' = s - stiffness |s| z / g(s)`` with ``g = kinetic + (static - kinetic) exp(-(s / speed)^2)``
-    (Canudas de Wit and others, IEEE Transactions on Automatic Control 40 (1995) 419, whose numbers are those
-    for N = 1). The contact needs a given normal force N and mass along its slip; it has the statuses ``+``
-    and ``-``, and an event wherever its slip turns.
-
-    Parameters
-    ----------
-    static
-        g at vanishing slip speed, > 0.
-    kinetic
-        g at large slip speeds, > 0.
-    speed
-        Scale of the slip speed over which g passes from one to the other, m/s, > 0.
-    stiffness
-        Friction force per normal force and deflection, 1/m, > 0.
-    damping
-        Friction force per normal force and rate of the deflection, s/m, >= 0.
-    viscous
-        Friction force per normal force and slip velocity, s/m, >= 0.
-    """
-
-    static: float
-    kinetic: float
-    speed: float
-    stiffness: float
-    damping: float = 0.0
-    viscous: float = 0.0
-    law: ClassVar[str] = "lugre"
-
-    def coefficient(self, speed: float) -> float:
-        """Return mu of steady slip at a speed, m/s, ``g + viscous s``."""
-        falling = (self.static - self.kinetic) * np.exp(-((speed / self.speed) ** 2))
-        return float(self.kinetic + falling + self.viscous * speed)
-
-
 LAWS: dict[str, type[FrictionLaw]] = {
     kind.law: kind
     for kind in (
         BoucWen,
         Constant,
         Dahl,
+        ElastoPlastic,
         LuGre,
+        RateState,
+        StateLaw,
         Linear,
         Stribeck,
         Rational,

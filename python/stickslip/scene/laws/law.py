@@ -81,6 +81,58 @@ class OneVariableLaw(ABC):
         return repr(self)
 
 
+@dataclasses.dataclass(frozen=True)
+class FrictionLaw(OneVariableLaw):
+    """The dependence of friction on slip speed, of which every public class of this module is a form."""
+
+    argument: ClassVar[str] = "friction"
+
+    def data(self) -> LawData | None:
+        """Return the law as the core takes it; None where friction is constant."""
+        return self.law, list(self.parameters().values()), [], []
+
+    @abstractmethod
+    def coefficient(self, speed: float) -> float:
+        """Return mu at a slip speed, m/s."""
+
+    @property
+    def at_rest(self) -> float:
+        """Coefficient up to which a contact that sticks holds, without a `Contact.static_friction`."""
+        return self.coefficient(0.0)
+
+
+def read_formula(
+    variable: Variable,
+    formula: str | Callable[..., Any],
+    numbers: Mapping[str, Any],
+    taken: tuple[str, ...],
+) -> tuple[str, dict[str, float]]:
+    """Return the text of a formula and its numbers by name; `taken` are names that no number may have.
+
+    Raises
+    ------
+    InputError
+        If it is no formula, or its numbers are others.
+    """
+    given = numbers
+    if isinstance(formula, str):
+        tree = parsed(variable, formula)
+    elif callable(formula):
+        tree, given = traced(variable, formula, numbers)
+    else:
+        variable.refuse(f"formula: expected a function or a text, got {described(formula)}")
+    check_names(variable, given, tree, taken)
+    found = {name: real_number(f"{variable.argument}: {name}", given[name]) for name in names(tree)}
+    for name, value in found.items():
+        if not np.isfinite(value):
+            variable.refuse(f"{name}: must be finite, got {value}")
+    told = text(variable, tree)
+    if not depends(tree):
+        meaning = variable.meaning.split(" >=")[0]
+        variable.refuse(f"{told} does not depend on {meaning}: give the plain number")
+    return told, found
+
+
 @dataclasses.dataclass(frozen=True, init=False, repr=False)
 class FormulaLaw(OneVariableLaw):
     """A formula of one variable and of named numbers, traced from a function or read from a text."""
@@ -91,24 +143,7 @@ class FormulaLaw(OneVariableLaw):
 
     def _read(self, formula: str | Callable[..., Any], numbers: Mapping[str, float]) -> None:
         """Set the formula and its numbers."""
-        given: Mapping[str, Any] = numbers
-        if isinstance(formula, str):
-            tree = parsed(self.variable, formula)
-        elif callable(formula):
-            tree, given = traced(self.variable, formula, numbers)
-        else:
-            raise InputError(
-                f"{self.argument}: formula: expected a function or a text, got {described(formula)}"
-            )
-        check_names(self.variable, given, tree, ("law", "formula"))
-        found = {name: real_number(f"{self.argument}: {name}", given[name]) for name in names(tree)}
-        for name, value in found.items():
-            if not np.isfinite(value):
-                raise InputError(f"{self.argument}: {name}: must be finite, got {value}")
-        told = text(self.variable, tree)
-        if not depends(tree):
-            meaning = self.variable.meaning.split(" >=")[0]
-            raise InputError(f"{self.argument}: {told} does not depend on {meaning}: give the plain number")
+        told, found = read_formula(self.variable, formula, numbers, ("law", "formula"))
         object.__setattr__(self, "formula", told)
         object.__setattr__(self, "_numbers", tuple(found.items()))
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.scene.laws.expression import EVALUATED, FUNCTIONS, Tree, Variable, depends, value_of
 
-#: An operation: its name, the slots of its operands, a number. Slot 0 is the variable, slot k + 1 what the
-#: k-th operation gives.
+#: An operation: its name, the slots of its operands, a number. Slot 0 is the variable, of a formula with a
+#: state the speed of slip, and slot k + 1 is what the k-th operation gives.
 Operation = tuple[str, int, int, float]
 #: The largest exponent; up to it the core makes whole powers of products, which hold where the base is zero.
 EXPONENT = 64.0
@@ -51,8 +51,12 @@ class _Tape:
             value = value_of(self.variable, tree, self.numbers)
             return self.put("constant", number=-value if minus else value)
         match tree:
-            case ("variable",):
+            case ("variable",) if self.variable.state is not None:
+                slot = self.put("multiply", 0, self.put("direction"))
+            case ("variable" | "speed",):
                 return self.times(0, -1.0) if minus else 0
+            case ("state" | "direction",):
+                slot = self.put(tree[0])
             case ("negative", a):
                 return self.slot(a, not minus)
             case ("add" | "subtract", a, b):
@@ -91,11 +95,15 @@ def _unsigned(tree: Tree) -> tuple[Tree, bool]:
     return (tree[1], True) if tree[0] == "negative" else (tree, False)
 
 
-def values(tape: Sequence[Operation], variable: Any) -> list[Any]:
-    """Return what the slots of operations hold at a value of the variable, or at an array of them."""
+def values(tape: Sequence[Operation], variable: Any, state: Any = 0.0) -> list[Any]:
+    """Return what the slots of operations hold, for slip in the positive direction where there is a state."""
     found = [variable]
+    given = {"state": state, "direction": 1.0}
     with np.errstate(all="ignore"):
         for name, first, second, number in tape:
+            if name in given:
+                found.append(given[name])
+                continue
             operands = {"constant": (), "power": (found[first], number)}.get(name)
             if operands is None:
                 operands = (found[first],) if name in FUNCTIONS else (found[first], found[second])

@@ -39,6 +39,8 @@ class Expression(np.lib.mixins.NDArrayOperatorsMixin):
         if plain and name in ("positive", "square", "reciprocal"):
             found: dict[str, Expression] = {"positive": self, "square": self * self, "reciprocal": 1.0 / self}
             return found[name]
+        if plain and (of_slip := self.variable.of_slip(name, self.tree)):
+            return Expression(of_slip, self.variable)
         if not plain or EVALUATED.get(name) is not ufunc:
             self._refuse_function(name)
         trees = [_operand(self.variable, one) for one in inputs]
@@ -80,15 +82,18 @@ def traced(variable: Variable, function: Callable[..., Any], given: Mapping[str,
         If it has an argument without a value, or does what a formula cannot say.
     """
     try:
-        first, *others = inspect.signature(function).parameters.values()
+        every = list(inspect.signature(function).parameters.values())
     except ValueError:
+        every = []
+    first, others = every[: len(variable.names)], every[len(variable.names) :]
+    if len(first) < len(variable.names):
         variable.refuse(f"expected a function of {variable.meaning}, got {described(function)}")
-    for one in (first, *others):
+    for one in every:
         open_ended = one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-        if open_ended or (one is first and one.kind is one.KEYWORD_ONLY):
+        if open_ended or (one in first and one.kind is one.KEYWORD_ONLY):
             variable.refuse(
                 f"{one}: expected a function of {variable.meaning} and of named numbers,"
-                f" lambda {variable.name}, kinetic=0.3: ..."
+                f" lambda {', '.join(variable.names)}, kinetic=0.3: ..."
             )
     numbers = {one.name: given.get(one.name, one.default) for one in others}
     for name, value in numbers.items():
@@ -100,7 +105,8 @@ def traced(variable: Variable, function: Callable[..., Any], given: Mapping[str,
     for name in given.keys() - numbers.keys():
         variable.refuse(f"{name}: the function has no such number; it has {', '.join(numbers) or 'none'}")
     call = inspect.signature(function).bind_partial()
-    call.arguments[first.name] = Expression(("variable",), variable)
+    for one, tree in zip(first, variable.names.values(), strict=True):
+        call.arguments[one.name] = Expression(tree, variable)
     call.arguments |= {name: Expression(("number", name), variable) for name in numbers}
     try:
         found = function(*call.args, **call.kwargs)

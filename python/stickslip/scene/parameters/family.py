@@ -29,7 +29,7 @@ from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import LAW, OF_LAW, SPRINGS, core_contact, nearest
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.parameters.numbers import (
     FACTORS,

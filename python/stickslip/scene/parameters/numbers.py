@@ -25,7 +25,7 @@ from stickslip.scene.contact import (
 )
 from stickslip.scene.elements import element_names, element_numbers, with_element_number
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.loads.in_time import Harmonic, Switched
 from stickslip.scene.loads.of_scene import load_names, vibration_name
 

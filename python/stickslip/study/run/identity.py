@@ -16,7 +16,7 @@ from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
 from stickslip.scene.elements import Element
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.friction import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.scene import Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints

@@ -166,7 +166,7 @@ pub(crate) fn coordinates_at(
 }
 
 /// Puts nodes of compliant contacts where their springs carry the friction forces of the state: those that stick, and those that
-/// slide by laws. If the state has no friction forces, these slide steadily, and bristles are bent as in steady slip at the slip
+/// slide by laws. If the state has no friction forces, these slide steadily, and contacts have states as in steady slip at the slip
 /// velocity of the state.
 fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Result<(), Error> {
     let forces = &state.friction_force;
@@ -176,12 +176,12 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
         let mut held = q.to_vec();
         let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
         closed.for_each(|(law, _)| held[law.normal] = law.closed());
-        for (contact, bristles) in scene.bristle_contacts() {
+        for (contact, own) in scene.state_contacts() {
             let law = &scene.contacts[*contact];
             let slip = u[law.tangential] - law.slider_speed;
             let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
             if slip.abs() > rounding {
-                u[bristles.coordinate] = bristles.rate_of(bristles.steady_spring_force(slip));
+                u[own.coordinate] = own.steady_rate(slip);
             }
         }
         for (contact, own) in scene.creeping(&state.combination) {
@@ -202,8 +202,8 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
     for (contact, (law, (&status, force))) in
         scene.contacts.iter().zip(statuses.iter().zip(forces)).enumerate()
     {
-        if let Some(bristles) = scene.bristles_of(contact) {
-            u[bristles.coordinate] = bristles.rate_of(*force);
+        if let Some(own) = scene.state_of(contact) {
+            u[own.coordinate] = own.rate_of(*force);
             continue;
         }
         let held = status == Status::Sticking || status.is_sliding() && scene.creeps(contact);

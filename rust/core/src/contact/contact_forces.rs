@@ -7,6 +7,7 @@ use crate::contact::problem::contact_problem::status_equations;
 use crate::contact::problem::dependent::Forces;
 use crate::linalg::dense::Factors;
 use crate::scene::contact_law::Contact;
+use crate::scene::friction::contact_state::StateContact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -99,8 +100,8 @@ pub(crate) fn contact_forces_in(
     let in_state = &*scene.in_state(q, u);
     let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
     for (contact, force) in forces.iter_mut().enumerate() {
-        if let Some([friction, _]) = scene.bristle_friction(contact, u) {
-            force.1 = friction;
+        if let Some(own) = scene.of_state(contact, u) {
+            force.1 = own.friction;
         }
     }
     forces
@@ -177,7 +178,12 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
 /// force changes a contact force.
 pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
     let statuses = combination.statuses();
-    let laws: Vec<usize> = scene.sliding_by_law(combination).map(|(contact, _)| contact).collect();
+    // The rate of a state changes no force of a contact.
+    let forces = |(contact, _)| match scene.state_of(contact).map_or(1, StateContact::forces) {
+        2 => vec![Some(contact), None],
+        _ => vec![Some(contact)],
+    };
+    let laws: Vec<Option<usize>> = scene.sliding_by_law(combination).flat_map(forces).collect();
     let by_law = friction_response(scene, combination);
     let count = scene.contacts.len();
     let loads = scene.nonlinear_elements().map(|(_, one)| {
@@ -212,10 +218,11 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
     let mut all = DMatrix::zeros(2 * count, laws.len() + loads.len());
     if let Some(by_law) = by_law {
         for (j, &i) in laws.iter().enumerate() {
+            let Some(i) = i else { continue };
             // Of bristles a unit of y is a force along the slip, whatever the direction of that.
             let along = scene
-                .bristles_of(i)
-                .map_or(1.0, |bristles| statuses[i].friction_sign() * bristles.direction()[0].1);
+                .state_of(i)
+                .map_or(1.0, |own| statuses[i].friction_sign() * own.directions()[0].1);
             all.set_column(j, &(along * by_law.column(i)));
         }
     }

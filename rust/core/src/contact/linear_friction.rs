@@ -27,7 +27,7 @@ pub(crate) fn friction_dampers(
 ) -> Option<Vec<(usize, f64)>> {
     let sliding = scene.sliding_by_law(combination);
     // What bristles multiply is their deflection, no constant force.
-    let dashpot = |contact: usize, law: &FrictionLaw| match scene.bristles_of(contact) {
+    let dashpot = |contact: usize, law: &FrictionLaw| match scene.state_of(contact) {
         None => law.linear(),
         Some(_) => None,
     };

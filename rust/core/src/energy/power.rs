@@ -52,8 +52,8 @@ pub struct EnergySample {
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
     let elastic = 0.5 * bilinear(elastic_stiffness(scene), q, q) + scene.element_energy(q);
-    let bristles = scene.bristle_energy(u);
-    (0.5 * bilinear(&scene.mass, u, u) - bristles, elastic + bristles)
+    let [hidden, stored] = scene.hidden_energy(&vec![0.0; u.len()], u);
+    (0.5 * bilinear(&scene.mass, u, u) - hidden, elastic + stored)
 }
 
 /// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
@@ -69,8 +69,8 @@ pub(crate) fn energy_change(
         0.5 * bilinear(matrix, &sum, &change)
     };
     let elastic = half(elastic_stiffness(scene), q0, q1) + scene.element_energy_change(q0, q1);
-    let bristles = scene.bristle_energy_change(u0, u1);
-    (half(&scene.mass, u0, u1) - bristles, elastic + bristles)
+    let [hidden, stored] = scene.hidden_energy(u0, u1);
+    (half(&scene.mass, u0, u1) - hidden, elastic + stored)
 }
 
 /// K with the symmetric part of H: the matrix of the elastic energy.
@@ -141,8 +141,7 @@ pub(crate) fn contact_powers<'a>(
     rest: &'a [f64],
 ) -> impl Iterator<Item = ContactPower> + use<'a> {
     let forces = forces.values(scene, q, u).into_iter();
-    let stored =
-        move |contact| scene.bristle_friction(contact, u).map_or(0.0, |[_, stored]| stored);
+    let stored = move |contact| scene.of_state(contact, u).map_or(0.0, |own| own.stored);
     forces.zip(scene.contacts.iter().enumerate()).map(
         move |((normal, friction), (contact, law))| ContactPower {
             structure: friction * rest[law.tangential] + stored(contact),
@@ -196,7 +195,8 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         equation.accelerate(&mut residual, &mut acceleration);
         fitted.dependents.follow_rates(&mut acceleration);
         let (_, acceleration) = moving.at_rest(velocities, &acceleration);
-        let inertia = bilinear(&scene.mass, u, &acceleration);
+        let inertia =
+            bilinear(&scene.mass, u, &acceleration) - moving.hidden_power(u, &acceleration);
         let [stored, _] = scene.element_powers(q, u);
         sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, q) + stored);
 

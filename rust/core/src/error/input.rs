@@ -25,14 +25,17 @@ pub enum Error {
         /// What stands beside them, and the remedy.
         reason: &'static str,
     },
-    /// A contact with bristles in a scene in which they are not computed.
-    #[error("contact {contact}: friction: bristles are not computed beside {reason}")]
-    Bristles {
+    /// A contact with a state in a scene in which it is not computed.
+    #[error("contact {contact}: friction: friction with a state is not computed beside {reason}")]
+    StateBeside {
         /// Index of the contact.
         contact: usize,
-        /// What stands beside them, and the remedy.
+        /// What stands beside it, and the remedy.
         reason: &'static str,
     },
+    /// Formulas of force and rate that are no friction.
+    #[error("contact {contact}: friction: {reason}")]
+    StateFormulas { contact: usize, reason: String },
     /// A state in which the law of an element has no value.
     #[error(
         "state: element {element} has no finite force and slope there; start where its law is defined and smooth"

@@ -233,7 +233,9 @@ impl<T: Number> Jet<T> {
 
     pub fn tanh(self) -> Self {
         let value = self.value.tanh();
-        let first = T::from(1.0) - value * value;
+        // `1 - tanh^2` loses its digits where tanh is about 1.
+        let cosine = self.value.exp() + (-self.value).exp();
+        let first = T::from(4.0) / (cosine * cosine);
         self.chain(value, first, -(value * first + value * first))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::input::Error;
 use crate::linalg::sparse::summed;
-use crate::scene::friction::bristles::Bristles;
+use crate::scene::friction::contact_state::ContactState;
 use crate::scene::status::Status;
 
 /// A direction whose part independent of the others is smaller than this is refused.
@@ -72,8 +72,8 @@ pub struct ContactInput {
     pub gap: f64,
     /// Springs between the contact and the dofs that its directions name.
     pub springs: Springs,
-    /// Bristles in place of Coulomb friction: `friction` and `static_friction` are 0, and the normal force is given.
-    pub bristles: Option<Bristles>,
+    /// A state in place of Coulomb friction: `friction` and `static_friction` are 0, and the normal force is given.
+    pub state: Option<ContactState>,
 }
 
 /// Stiffness of a compliant contact, N/m, along each of its directions; None: rigid.
@@ -233,17 +233,18 @@ impl ContactInput {
         if self.springs.tangential.is_some() && self.springs.normal.is_none() && !given {
             return Err(Error::RigidNormal { contact });
         }
-        if let Some(bristles) = &self.bristles {
-            bristles.validate(contact)?;
+        if let Some(state) = &self.state {
+            state.validate(contact, self.slider_speed)?;
             if !given {
-                return Err(Error::Bristles {
+                return Err(Error::StateBeside {
                     contact,
                     reason: "a normal force that changes; state a normal_force in place of the normal direction",
                 });
             }
             let coulomb = self.static_friction.max(self.friction);
             if coulomb != 0.0 {
-                let (argument, requirement) = (named("friction"), "0 beside bristles");
+                let (argument, requirement) =
+                    (named("friction"), "0 beside a state of the contact");
                 return Err(Error::Range { argument, requirement, value: coulomb });
             }
         }

@@ -22,6 +22,7 @@ pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
 pub use elements::element::{ElementInput, ElementKind};
 pub use friction::bristles::{Bristles, Hysteresis};
+pub use friction::contact_state::{ContactState, StateFormulas};
 pub use friction::decay::Decay;
 pub use friction::formula::{Formula, GivenOperation};
 pub use friction::law::{FrictionLaw, Table};

@@ -9,7 +9,7 @@ use crate::scene::contact_law::{Contact, ContactInput, Directions, Springs};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 use crate::scene::elements::element::Element;
-use crate::scene::friction::bristles::BristleContact;
+use crate::scene::friction::contact_state::StateContact;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
@@ -44,8 +44,8 @@ pub struct Scene {
     pub(crate) contacts: Vec<Contact>,
     /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
     pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
-    /// Contacts with bristles; their laws are then h.
-    pub(crate) bristles: Option<Arc<[(usize, BristleContact)]>>,
+    /// Contacts with states; the laws of bristles are then h.
+    pub(crate) states: Option<Arc<[(usize, StateContact)]>>,
     /// Springs and dampers that are no linear terms, and what all elements add to `force`.
     pub(crate) elements: Option<Arc<[Element]>>,
     pub(crate) preload: Option<Arc<[f64]>>,
@@ -106,7 +106,7 @@ impl Scene {
         let dofs = input.force.len();
         let compliant = |law: &ContactInput| {
             let Springs { normal, tangential } = law.springs;
-            normal.is_some() || tangential.is_some() || law.bristles.is_some()
+            normal.is_some() || tangential.is_some() || law.state.is_some()
         };
         if dofs < LARGE || input.contacts.iter().any(compliant) {
             return Ok(None);
@@ -174,18 +174,19 @@ impl Scene {
         }
         let hidden = |one: HiddenDof| {
             let law = &stated.contacts[one.contact];
-            let own = BristleContact {
-                numbers: law.bristles?,
+            let own = StateContact {
+                law: law.state.clone()?,
                 normal_force: law.normal_force,
                 coordinate: one.dof,
+                mass: one.mass,
                 scale: one.scale,
                 tangential: contacts[one.contact].tangential,
             };
             Some((one.contact, own))
         };
-        let bristles: Vec<_> = stated.hidden.into_iter().filter_map(hidden).collect();
+        let states: Vec<_> = stated.hidden.into_iter().filter_map(hidden).collect();
         let preload =
-            (!bristles.is_empty()).then(|| coordinates.forces_of_dofs(&stated.hidden_force).into());
+            (!states.is_empty()).then(|| coordinates.forces_of_dofs(&stated.hidden_force).into());
         let scene = Self {
             size: coordinates.size(),
             dofs,
@@ -195,7 +196,7 @@ impl Scene {
             dependents,
             contacts,
             laws: None,
-            bristles: None,
+            states: None,
             elements: None,
             preload,
             impact_friction: stated.impact_friction,
@@ -211,7 +212,7 @@ impl Scene {
             drive: None,
             bare: None,
         };
-        scene.with_bristles(bristles)
+        scene.with_states(states)
     }
 
     /// Number of contact coordinates without those that carry loads.
@@ -375,8 +376,8 @@ impl Scene {
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
         let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
             let creeps = status.is_sliding() && self.creeps(contact);
-            if let Some(bristles) = self.bristles_of(contact) {
-                return bristles.spring_force(u);
+            if let Some(own) = self.state_of(contact) {
+                return own.spring_force(u);
             }
             let holds = (status == Status::Sticking || creeps) && law.tangential >= self.dofs;
             if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }

@@ -40,7 +40,7 @@ impl Block {
 
 /// The blocks of a scene; none if all of it is coupled, or if it has elements or bristles.
 pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
-    if scene.has_elements() || scene.has_bristles() {
+    if scene.has_elements() || scene.has_states() {
         return Vec::new();
     }
     let mut partner: Vec<Vec<usize>> = vec![Vec::new(); scene.size];
@@ -132,7 +132,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     };
     let part = Scene {
         laws: scene.laws.as_ref().map(friction),
-        bristles: None,
+        states: None,
         elements: None,
         preload: None,
         dependents: SlavedCoordinates::new(dependents.collect()),

@@ -85,7 +85,7 @@ impl Family {
             links,
             wall_stiffness,
             damping,
-            contacts: contact_inputs(&contacts),
+            contacts: contact_inputs(&contacts).map_err(|error| raise(py, &error))?,
             impact_friction,
         };
         Self::build(py, core::study::Template::Chain(chain), slots, &following)

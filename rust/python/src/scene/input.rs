@@ -44,12 +44,14 @@ pub type ContactData<'py> = (
 );
 
 /// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4;
-/// of a formula, its operations: their names, the slots of their operands, and a number.
+/// of a formula, its operations: their names, the slots of their operands, and a number; of a state, those of two formulas.
 type LawData = (String, Vec<f64>, Vec<[f64; 4]>, Vec<(String, usize, usize, f64)>);
 
 pub type Laws = Vec<Option<core::scene::FrictionLaw>>;
 
-pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
+pub fn contact_inputs(
+    contacts: &[ContactData<'_>],
+) -> Result<Vec<core::ContactInput>, core::Error> {
     let direction = |input: &DirectionInput<'_>| match input {
         DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
         DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
@@ -70,7 +72,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 springs,
                 law,
             ) = contact;
-            core::ContactInput {
+            Ok(core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
                 normal: normal.as_ref().map(direction),
                 normal_force: *force,
@@ -80,8 +82,8 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 restitution: *restitution,
                 gap: *gap,
                 springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
-                bristles: law.as_ref().and_then(bristles),
-            }
+                state: law.as_ref().map(state).transpose()?.flatten(),
+            })
         })
         .collect()
 }
@@ -107,11 +109,25 @@ pub fn elements(given: &[ElementData]) -> Result<Vec<core::scene::ElementInput>,
 
 /// How friction depends on slip speed, by contact.
 pub fn friction_laws(contacts: &[ContactData<'_>]) -> Result<Laws, core::Error> {
-    let of_speed = |data: &&LawData| bristles(data).is_none();
+    let of_speed = |data: &&LawData| data.0 != "state" && bristles(data).is_none();
     contacts
         .iter()
         .map(|contact| contact.9.as_ref().filter(of_speed).map(law).transpose())
         .collect()
+}
+
+/// The state of a contact, where its law has one: bristles, or the operations of force and rate one after the other, with the
+/// number of the first ones.
+fn state(data: &LawData) -> Result<Option<core::scene::ContactState>, core::Error> {
+    let (kind, numbers, _, operations) = data;
+    match (&kind[..], &numbers[..]) {
+        ("state", &[count]) => {
+            let (force, rate) = operations.split_at((count as usize).min(operations.len()));
+            let formulas = Arc::new(core::scene::StateFormulas::new(force, rate)?);
+            Ok(Some(core::scene::ContactState::Formulas(formulas)))
+        }
+        _ => Ok(bristles(data).map(core::scene::ContactState::Bristles)),
+    }
 }
 
 /// The bristles of a contact, where its law has such.
@@ -128,8 +144,13 @@ fn bristles((kind, numbers, ..): &LawData) -> Option<core::scene::Bristles> {
     Some(match (&kind[..], &numbers[..]) {
         ("dahl", &[kinetic, stiffness]) => plain(kinetic, stiffness),
         ("boucwen", &[kinetic, stiffness, exponent, share]) => {
-            let hysteresis = core::scene::Hysteresis { exponent: exponent as usize, share };
+            let hysteresis =
+                core::scene::Hysteresis::BoucWen { exponent: exponent as usize, share };
             core::scene::Bristles { hysteresis: Some(hysteresis), ..plain(kinetic, stiffness) }
+        }
+        ("elastoplastic", &[kinetic, stiffness, break_away, damping, viscous]) => {
+            let hysteresis = Some(core::scene::Hysteresis::ElastoPlastic { break_away });
+            core::scene::Bristles { hysteresis, damping, viscous, ..plain(kinetic, stiffness) }
         }
         ("lugre", &[at_rest, kinetic, speed, stiffness, damping, viscous]) => {
             let plain = plain(kinetic, stiffness);

@@ -158,7 +158,7 @@ impl Scene {
             gyroscopic: optional(gyroscopic, "gyroscopic")?,
             circulatory: optional(circulatory, "circulatory")?,
             force: vector(&force),
-            contacts: contact_inputs(&contacts),
+            contacts: contact_inputs(&contacts).map_err(|error| raise(py, &error))?,
             impact_friction,
             loads: self::loads(loads),
         };
@@ -174,7 +174,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let (contacts, elements) = contacts;
         let input = core::SceneInput {
-            contacts: contact_inputs(&contacts),
+            contacts: contact_inputs(&contacts).map_err(|error| raise(py, &error))?,
             loads: self::loads(loads),
             ..self.input.clone()
         };

@@ -328,7 +328,7 @@ fn follows(orbit: &Orbit, controls: Controls<'_>) -> bool {
     let mut turned = orbit.clone();
     turned.steps.rotate_left(longest);
     let Ok(expected) = turned.trajectory() else { return false };
-    let (q, u) = if scene.has_massless() || scene.has_bristles() {
+    let (q, u) = if scene.has_massless() || scene.has_states() {
         let Ok(end) = run.coordinates(run.end) else { return false };
         end
     } else {

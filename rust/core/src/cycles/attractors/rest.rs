@@ -69,8 +69,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if is_forced(run) || moving.next_switch(load_time + run.end).is_some() {
         return false;
     }
-    // A loop is no law of the slip speed, for which the box is.
-    if moving.bristle_contacts().any(|(_, own)| own.numbers.hysteresis.is_some()) {
+    // A loop, and a formula with a state, is no law of the slip speed, for which the box is.
+    if moving.state_contacts().any(|(_, own)| !own.has_plain_bristles()) {
         return false;
     }
     let Some(last) = run.phases.len().checked_sub(1) else { return false };
@@ -86,7 +86,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     }
     // Deflections of bristles are states of first order in small motions, too.
     let flows = moving.creeping(combination).next().is_some();
-    let first_order = flows || moving.has_bristles();
+    let first_order = flows || moving.has_states();
     let mut cursor = Cursor::new(run);
     if cursor.seek("time", run.end).is_err() {
         return false;
@@ -135,7 +135,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     }
     let reduced = if first_order { &modes.reduced } else { &reduced };
     let kept = &reduced.reduction.kept;
-    for (contact, own) in moving.bristle_contacts() {
+    for (contact, own) in moving.state_contacts() {
         // In small motions the deflection is the displacement of its coordinate.
         q[own.coordinate] = own.deviation(
             combination.statuses()[*contact],
@@ -244,17 +244,17 @@ impl<'a> Laws<'a> {
             };
             let speed = sliding.slider_speed.abs();
             let slip = over_own(slip_velocity(steady, contact));
-            if let Some(bristles) = moving.bristles_of(contact) {
+            if let Some(own) = moving.state_of(contact) {
                 return Law {
                     law,
                     speed,
-                    pressed: bristles.steady_deflection(speed),
+                    pressed: own.law.steady(speed),
                     slip,
                     normal: Functional {
-                        position: vec![(bristles.coordinate, 1.0)],
+                        position: vec![(own.coordinate, 1.0)],
                         ..Functional::default()
                     },
-                    drive: driven(&bristles.direction_in_small_motions()),
+                    drive: driven(&own.directions_in_small_motions()),
                     yields: 0.0,
                     until: f64::INFINITY,
                     element: false,

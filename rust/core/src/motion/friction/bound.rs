@@ -13,7 +13,7 @@
 //! t falls with f^DEGREE, and nothing else grows.
 
 use crate::contact::functional::Functional;
-use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::motion::{LawMotion, Sliding, moved};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::coefficients::{UNIT, product_units, size};
 use crate::motion::friction::series::convolutions::FactorSums;
@@ -73,6 +73,12 @@ impl Kernel for Bound<'_> {
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
         let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| match one.law {
             FrictionLaw::Tabulated(_) => radius.min(TUBE_OF_TABLES * scale),
+            _ if one.of_state => {
+                let [speed, state] =
+                    [sliding.series.reach(&one.law), sliding.series.reach_of_state()];
+                let [speed, state] = [speed / one.slip_norm, state / one.normal_norm];
+                radius.min(TUBE_OF_SLIP * speed).min(TUBE_OF_SLIP * state)
+            }
             _ => radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm),
         });
         // Where slip has no mass, the slope of its law and its normal force are divided by.
@@ -93,6 +99,17 @@ impl Kernel for Bound<'_> {
                 Some(sums) => sums,
                 None => FactorSums::alone(size(&sliding.series.excess)),
             };
+            if let Some(formula) = one.with_state() {
+                let Sliding { series, normal, bounds, .. } = sliding;
+                let wide = [
+                    series.range() + radius * one.slip_norm,
+                    moved(normal) + radius * one.normal_norm,
+                ];
+                let (law, by_state) =
+                    series.bounds_with_state(formula, normal[0], wide, shortenings);
+                *bounds = ContactBounds { law, by_state, pressed: 1.0, ..ContactBounds::default() };
+                continue;
+            }
             let off = match one.flow {
                 Some(_) => sliding.series.tube(&one.law),
                 None => radius * one.slip_norm,
@@ -108,14 +125,16 @@ impl Kernel for Bound<'_> {
         let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
-        let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
+        let mut pressed_by =
+            operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;
         if operator.response.is_some() {
             let [inverse, response] = coupling.norms;
             let largest = |of: &dyn Fn(&ContactBounds) -> f64| {
                 contacts.iter().map(|one| of(&one.bounds)).fold(0.0, f64::max)
             };
-            let drift = pairs().map(|(one, ContactBounds { law, excess, .. })| {
+            let pressing = pairs().filter(|(one, _)| !one.of_state);
+            let drift = pressing.map(|(one, ContactBounds { law, excess, .. })| {
                 excess + law.truncation + law.rounding + law.slope * one.slip_norm * radius
             });
             let drift = inverse * response * drift.fold(0.0, f64::max);
@@ -127,8 +146,10 @@ impl Kernel for Bound<'_> {
                 (of.law.rounding + UNIT * terms * (1.0 + of.excess)) * of.pressed
             };
             unsharp = gain * (1.0 + response) * largest(&part);
-            let by_slip = pairs().map(|(one, of)| of.law.slope * one.slip_norm * of.pressed);
-            moved = gain * (moved + response * by_slip.fold(0.0, f64::max));
+            let by_slip = pairs().map(|(one, of)| {
+                of.law.slope * one.slip_norm * of.pressed + of.by_state * one.normal_norm
+            });
+            pressed_by = gain * (pressed_by + response * by_slip.fold(0.0, f64::max));
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
         let of_contacts = operator.contacts.iter().all(|one| !one.is_element());
@@ -147,6 +168,18 @@ impl Kernel for Bound<'_> {
                 None => size_of(&one.normal, sizes),
             };
             let size = sliding.at_origin_size + of_normal;
+            let by_force = taylor.width * one.force_norm;
+            if one.of_state {
+                let by_state = sliding.bounds.by_state;
+                let cut = law.truncation + by_state * sliding.beyond;
+                let round = law.rounding + UNIT * in_row * by_state * size;
+                let gain = law.slope * one.slip_norm + by_state * one.normal_norm;
+                truncated = together(truncated, by_force * cut);
+                rounded = together(rounded, by_force * round);
+                lipschitz = together(lipschitz, one.force_norm * gain);
+                sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
+                continue;
+            }
             let terms = in_product as f64 * pressed + in_row * size;
             // The argument of an element is a sum of displacements.
             let of_slip = match one.is_element() {
@@ -174,9 +207,8 @@ impl Kernel for Bound<'_> {
                 follows &= by_force * (gain * radius + cut + round) <= within;
                 continue;
             }
-            let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
-            let gain = largest * moved + slope;
-            let by_force = taylor.width * one.force_norm;
+            let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * pressed_by);
+            let gain = largest * pressed_by + slope;
             truncated = together(truncated, by_force * cut);
             rounded = together(rounded, by_force * round);
             lipschitz = together(lipschitz, one.force_norm * gain);

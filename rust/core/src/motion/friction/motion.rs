@@ -11,7 +11,7 @@ use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::series::coefficients::{UNIT, scale, size};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
-use crate::motion::friction::series::law_contact::{Flow, LawOf};
+use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::panel::Panel;
@@ -57,6 +57,20 @@ pub(super) struct Sliding {
     /// Bound of the error of y.
     pub(super) error: f64,
     pub(super) bounds: ContactBounds,
+}
+
+/// How far a series moves from where it begins, at most.
+pub(super) fn moved(series: &[f64; COEFFICIENTS]) -> f64 {
+    series[1..].iter().map(|c| c.abs()).sum()
+}
+
+impl Sliding {
+    /// Whether slip speed and state stay where the series of the law holds.
+    fn is_within_reach(&self, one: &LawContact) -> bool {
+        let Self { series, normal, .. } = self;
+        series.range() <= series.reach(&one.law)
+            && (!one.of_state || moved(normal) <= series.reach_of_state())
+    }
 }
 
 /// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
@@ -202,7 +216,7 @@ impl LawMotion {
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
-            if !one.has_sign() && one.law.value(speed.max(0.0)) < 0.0 {
+            if !one.has_sign() && !one.of_state && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;
@@ -270,7 +284,7 @@ impl LawMotion {
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
-            if laws.all(|(one, Sliding { series, .. })| series.range() <= series.reach(&one.law)) {
+            if laws.all(|(one, sliding)| sliding.is_within_reach(one)) {
                 break;
             }
             self.shorten(0.7);

@@ -1,10 +1,10 @@
 //! Infinitesimal neighbours of a motion under a law of friction, by the Taylor series of their linear equation.
 //!
 //! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
-//! `dy = a dS + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
+//! `dy = a dS + b dN`; the slopes of a formula with a state z are a and b of `dy = a dS + b dz`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::motion::{LawMotion, STALLED};
+use crate::motion::friction::motion::{LawMotion, STALLED, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -45,9 +45,15 @@ impl LawMotion {
                 .contacts
                 .iter()
                 .zip(&self.contacts)
-                .map(|(one, sliding)| Slopes {
-                    by_slip: product(&sliding.series.slopes(&one.law), &sliding.normal),
-                    by_normal: sliding.series.excess,
+                .map(|(one, Sliding { series, normal, .. })| match one.with_state() {
+                    Some(formula) => {
+                        let [by_slip, by_normal] = series.slopes_with_state(formula);
+                        Slopes { by_slip, by_normal }
+                    }
+                    None => Slopes {
+                        by_slip: product(&series.slopes(&one.law), normal),
+                        by_normal: series.excess,
+                    },
                 })
                 .collect();
             let of = |dy: &Vec<f64>| self.neighbour(scene, operator, &slopes, dy);

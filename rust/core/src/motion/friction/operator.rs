@@ -3,6 +3,8 @@
 //! Friction at rest is a part of the linear equation of motion, `q'' = A(q, q')`; what the law adds to it is a force along
 //! the contact, `+-(mu(|s|) - mu(0)) N`. N is affine in the state, and where contacts are coupled, in these forces.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::contact_forces::{contact_forces, free_forces, reaction, response};
@@ -14,7 +16,8 @@ use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
-use crate::scene::friction::bristles::BristleContact;
+use crate::scene::friction::contact_state::{ContactState, StateContact};
+use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -92,6 +95,7 @@ impl LawOperator {
                     law,
                     sign,
                     flow: None,
+                    of_state: false,
                     direction,
                     slip_norm: taylor.dual_norm(own, &slip),
                     normal_norm: taylor.dual_norm(own, &normal),
@@ -104,29 +108,48 @@ impl LawOperator {
                     normal,
                 }
             };
-        let of_bristles = |contact: usize, bristles: &BristleContact, law: &FrictionLaw| {
+        let with_state = |contact: usize, own: &StateContact, law: &FrictionLaw| {
             let status = combination.statuses()[contact];
+            let sign = status.friction_sign();
             let slip = slip_velocity(scene, contact);
-            let deflection =
-                Functional { velocity: vec![bristles.deflection()], ..Functional::default() };
-            let along = |sign: f64| bristles.direction().map(|(k, weight)| (k, sign * weight));
-            // A law of the slip speed times the deflection, or one of the deflection times the slip speed.
-            match bristles.numbers.hysteresis {
-                None => {
-                    let sign = status.friction_sign();
-                    let factors = [slip, deflection];
-                    built(LawOf::Contact(contact), law.clone(), sign, &along(sign), factors)
-                }
-                Some(hysteresis) => {
-                    let law = bristles.numbers.loop_in(status, hysteresis);
-                    let factors = [deflection, slip.scaled(-status.friction_sign())];
-                    built(LawOf::Deflection(contact), law, -1.0, &along(-1.0), factors)
+            let state = Functional { velocity: vec![own.as_velocity()], ..Functional::default() };
+            let of = LawOf::Contact(contact);
+            let along = |sign: f64, terms: &[(usize, f64)]| -> Vec<(usize, f64)> {
+                terms.iter().map(|&(k, weight)| (k, sign * weight)).collect()
+            };
+            match &own.law {
+                // A law of the slip speed times the deflection, or one of the deflection times the slip speed.
+                ContactState::Bristles(numbers) => match numbers.hysteresis {
+                    None => {
+                        let terms = along(sign, &own.directions());
+                        vec![built(of, law.clone(), sign, &terms, [slip, state])]
+                    }
+                    Some(hysteresis) => {
+                        let law = numbers.loop_in(status, hysteresis);
+                        let factors = [state, slip.scaled(-sign)];
+                        let terms = along(-1.0, &own.directions());
+                        vec![built(LawOf::Deflection(contact), law, -1.0, &terms, factors)]
+                    }
+                },
+                ContactState::Formulas(formulas) => {
+                    let both = formulas.in_status(status).into_iter().zip(own.directions());
+                    let one = |(formula, term): (&Arc<Formula>, (usize, f64))| LawContact {
+                        of_state: true,
+                        ..built(
+                            of,
+                            FrictionLaw::Formula(formula.clone()),
+                            sign,
+                            &along(sign, &[term]),
+                            [slip.clone(), state.clone()],
+                        )
+                    };
+                    both.map(one).collect()
                 }
             }
         };
-        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
-            if let Some(bristles) = scene.bristles_of(contact) {
-                return of_bristles(contact, bristles, law);
+        let contacts = scene.sliding_by_law(combination).flat_map(|(contact, law)| {
+            if let Some(own) = scene.state_of(contact) {
+                return with_state(contact, own, law);
             }
             let tangential = scene.contacts[contact].tangential;
             let slip = over_own(slip_velocity(scene, contact));
@@ -148,7 +171,7 @@ impl LawOperator {
             });
             let along = own.terms_of(tangential);
             let of = LawOf::Contact(contact);
-            LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }
+            vec![LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }]
         });
         let elements = scene.nonlinear_elements().map(|(place, one)| {
             let mut slip = Functional { constant: -one.offset, ..Functional::default() };
@@ -168,7 +191,7 @@ impl LawOperator {
         }
         let response = response(scene, combination).map(|all| Response {
             normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| match contacts[i].of {
-                LawOf::Contact(contact) if scene.bristles_of(contact).is_none() => {
+                LawOf::Contact(contact) if scene.state_of(contact).is_none() => {
                     all[(2 * contact + 1, j)]
                 }
                 _ => 0.0,
@@ -231,12 +254,21 @@ impl LawOperator {
     pub fn forces(&self, q: &[f64], u: &[f64]) -> Vec<f64> {
         let excess: Vec<f64> = self.contacts.iter().map(|one| one.excess(q, u)).collect();
         let normals = self.normals(&excess, q, u);
-        excess.iter().zip(normals).map(|(excess, normal)| excess * normal).collect()
+        let forces = self.contacts.iter().zip(excess.iter().zip(normals));
+        forces.map(|(one, (excess, n))| excess * n + one.value_with_state(q, u)).collect()
     }
 
     /// N of the contacts that slide by a law.
     fn normals(&self, excess: &[f64], q: &[f64], u: &[f64]) -> Vec<f64> {
-        let given: Vec<f64> = self.contacts.iter().map(|one| one.normal.value(q, u)).collect();
+        let given = self.contacts.iter().map(|one| one.normal.value(q, u));
+        let given: Vec<f64> = match &self.response {
+            Some(Response { normal, .. }) => {
+                let with_state = self.contacts.iter().map(|one| one.value_with_state(q, u));
+                let pressed = normal * DVector::from_iterator(self.contacts.len(), with_state);
+                given.zip(&pressed).map(|(a, b)| a + b).collect()
+            }
+            None => given.collect(),
+        };
         self.coupled(excess, given)
     }
 
@@ -259,6 +291,11 @@ impl LawOperator {
             .zip(&normals)
             .map(|(one, normal)| {
                 let faster = -one.sign * one.slip.rate(dq, du);
+                if let Some(formula) = one.with_state() {
+                    let state = one.normal.value(q, u);
+                    let (_, [by_slip, by_state]) = formula.with_slopes(one.speed(q, u), state);
+                    return by_slip * faster + by_state * one.normal.rate(dq, du);
+                }
                 one.law.slope(one.speed(q, u)) * faster * normal
             })
             .collect();

@@ -51,12 +51,15 @@ impl LawMotion {
         })
     }
 
-    /// An element whose law leaves a panel without a bound, where the state itself is within the range of numbers.
+    /// An element, or a contact with a state, whose law leaves a panel without a bound, where the state of the scene itself is within
+    /// the range of numbers.
     pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
         let mut elements = operator.contacts.iter().zip(&self.contacts);
         let ends = |(one, sliding): (&LawContact, &Sliding)| {
-            one.is_element()
-                && !(sliding.series.resolution(&one.law) > NARROW * scale * one.slip_norm)
+            let Sliding { series, .. } = sliding;
+            let of_slip = series.resolution(&one.law) > NARROW * scale * one.slip_norm;
+            let of_state = series.reach_of_state() > NARROW * scale * one.normal_norm;
+            one.is_element() && !of_slip || one.of_state && !(of_slip && of_state)
         };
         let place = if scale.is_finite() { elements.position(ends) } else { None };
         place.map(|place| (place, LawEnd::Undefined))
@@ -74,7 +77,7 @@ impl LawMotion {
                 let large = NARROW * scale * one.slip_norm;
                 return large.is_finite() && series.resolution(&one.law) < large;
             }
-            if one.flow.is_some() {
+            if one.flow.is_some() || one.of_state {
                 return false;
             }
             let [slip, first, second] = [0, 1, 2].map(|k| series.slip[k].abs());
@@ -150,7 +153,7 @@ impl LawMotion {
                         }
                     }
                 }
-                _ if one.is_element() => {}
+                _ if one.is_element() || one.of_state => {}
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;

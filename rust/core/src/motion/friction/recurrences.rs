@@ -187,14 +187,13 @@ impl LawMotion {
         for _ in 0..TRIALS {
             self.recur(scene, operator);
             let laws = operator.contacts.iter().zip(&self.contacts);
-            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, .. })| {
-                let reach = series.reach(&one.law);
-                if series.range() <= WIDE * reach {
-                    return part;
-                }
-                // The orders after the first large one follow from it.
-                let far = (1..COEFFICIENTS).find(|&k| series.slip[k].abs() > WIDE * reach);
-                far.map_or(part, |k| part.min((reach / series.slip[k].abs()).powf(1.0 / k as f64)))
+            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, normal, .. })| {
+                let of_slip = within(&series.slip, series.reach(&one.law));
+                let of_state = match one.of_state {
+                    true => within(normal, series.reach_of_state()),
+                    false => 1.0,
+                };
+                part.min(of_slip).min(of_state)
             });
             if !(part > 0.0 && part < 1.0) {
                 break;
@@ -202,6 +201,13 @@ impl LawMotion {
             self.taylor.begin_within(part);
         }
     }
+}
+
+/// The part of a panel on which no order of a series goes far beyond a distance.
+fn within(series: &[f64; COEFFICIENTS], reach: f64) -> f64 {
+    // The orders after the first large one follow from it.
+    let far = (1..COEFFICIENTS).find(|&k| series[k].abs() > WIDE * reach);
+    far.map_or(1.0, |k| (reach / series[k].abs()).powf(1.0 / k as f64))
 }
 
 impl Sliding {
@@ -221,8 +227,12 @@ impl Sliding {
             slip -= one.sign * slip_at_origin[0];
             of_normal += *at_origin;
         }
-        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
         normal[k] = of_normal;
+        if let Some(formula) = one.with_state() {
+            force[k] = series.extend_with_state(formula, k, [slip, of_normal]);
+            return [[0.0; 2]; 2];
+        }
+        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
         let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
         // The normal force of this order is known last.
         force[k] = if coupled { known } else { series.excess[0].mul_add(of_normal, known) };

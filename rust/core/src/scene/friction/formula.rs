@@ -13,6 +13,8 @@ use crate::scene::friction::decay::LEVEL;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Operation {
     Constant(f64),
+    /// The state of a contact, beside its slip speed.
+    State,
     /// `factor x + shift`
     Affine {
         of: usize,
@@ -62,6 +64,8 @@ impl PartialEq for Formula {
 #[derive(Default)]
 struct Builder {
     operations: Vec<Operation>,
+    /// The sign of the slip velocity.
+    direction: f64,
 }
 
 impl Builder {
@@ -163,6 +167,8 @@ impl Builder {
         };
         Ok(match &name[..] {
             "constant" => self.push(Operation::Constant(*number)),
+            "direction" => self.push(Operation::Constant(self.direction)),
+            "state" => self.push(Operation::State),
             "add" => self.sum(of(*first)?, of(*second)?, 1.0),
             "subtract" => self.sum(of(*first)?, of(*second)?, -1.0),
             "multiply" => self.product(of(*first)?, of(*second)?),
@@ -191,7 +197,7 @@ impl Builder {
                 continue;
             }
             match self.operations[slot - 1] {
-                Operation::Constant(_) => {}
+                Operation::Constant(_) | Operation::State => {}
                 Operation::Affine { of, .. }
                 | Operation::Exponential(of)
                 | Operation::Logarithm(of)
@@ -220,7 +226,7 @@ impl Builder {
 impl Operation {
     fn moved(self, slots: &[usize]) -> Self {
         match self {
-            Self::Constant(value) => Self::Constant(value),
+            Self::Constant(_) | Self::State => self,
             Self::Affine { of, factor, shift } => Self::Affine { of: slots[of], factor, shift },
             Self::Sum(a, b) => Self::Sum(slots[a], slots[b]),
             Self::Product(a, b) => Self::Product(slots[a], slots[b]),
@@ -232,9 +238,10 @@ impl Operation {
         }
     }
 
-    fn apply<T: Number>(self, slots: &[Jet<T>]) -> Jet<T> {
+    fn apply<T: Number>(self, slots: &[Jet<T>], state: Jet<T>) -> Jet<T> {
         match self {
             Self::Constant(value) => Jet::constant(value),
+            Self::State => state,
             Self::Affine { of, factor, shift } => slots[of].affine(factor, shift),
             Self::Sum(a, b) => slots[a].sum(slots[b]),
             Self::Product(a, b) => slots[a].product(slots[b]),
@@ -255,9 +262,11 @@ impl Operation {
             slope => size / slope.abs(),
         };
         match self {
-            Self::Constant(_) | Self::Affine { .. } | Self::Sum(..) | Self::Product(..) => {
-                f64::INFINITY
-            }
+            Self::Constant(_)
+            | Self::State
+            | Self::Affine { .. }
+            | Self::Sum(..)
+            | Self::Product(..) => f64::INFINITY,
             Self::Exponential(of) => change(of, 1.0 + (-slots[of].value).max(0.0) / 3.0),
             Self::Tangent(of) => change(of, 1.0),
             Self::Quotient(_, of) | Self::Logarithm(of) | Self::Power(of, _) => {
@@ -267,6 +276,12 @@ impl Operation {
     }
 }
 
+/// A slip speed and a state of which one is what derivatives are taken over.
+pub(crate) fn seeds<T: Number>(speed: T, state: T) -> [[Jet<T>; 2]; 2] {
+    let held = |value| Jet { value, ..Jet::constant(0.0) };
+    [[Jet::argument(speed), held(state)], [held(speed), Jet::argument(state)]]
+}
+
 fn refused(argument: &str, found: String) -> Error {
     Error::shape(&format!("formula: {argument}"), "operations on slots before them", found)
 }
@@ -274,10 +289,19 @@ fn refused(argument: &str, found: String) -> Error {
 impl Formula {
     /// From the operations as they are given, in order.
     pub(crate) fn new(given: &[GivenOperation]) -> Result<Self, Error> {
+        let formula = Self::in_direction(given, 1.0)?;
+        match formula.has_state() {
+            true => Err(refused("operations", "state".to_owned())),
+            false => Ok(formula),
+        }
+    }
+
+    /// The same with a state, for slip in a direction.
+    pub(crate) fn in_direction(given: &[GivenOperation], direction: f64) -> Result<Self, Error> {
         if given.is_empty() || given.len() > LONGEST {
             return Err(refused("operations", format!("{} of 1 to {LONGEST}", given.len())));
         }
-        let mut builder = Builder::default();
+        let mut builder = Builder { direction, ..Builder::default() };
         let mut slots = vec![0];
         for operation in given {
             slots.push(builder.given(&slots, operation)?);
@@ -288,7 +312,7 @@ impl Formula {
 
     /// The same less `value + slope x`.
     pub(crate) fn less_line(&self, value: f64, slope: f64) -> Self {
-        let mut builder = Builder { operations: self.operations.clone() };
+        let mut builder = Builder { operations: self.operations.clone(), direction: 1.0 };
         let last = builder.operations.len();
         let line = builder.affine(0, slope, value);
         let left = builder.sum(last, line, -1.0);
@@ -309,20 +333,33 @@ impl Formula {
         &self.operations
     }
 
-    /// All slots at an argument.
-    pub(crate) fn slots<T: Number>(&self, argument: T, slots: &mut Vec<Jet<T>>) {
-        slots.clear();
-        slots.push(Jet::argument(argument));
+    pub(crate) fn has_state(&self) -> bool {
+        self.operations.contains(&Operation::State)
+    }
+
+    /// All slots at an argument and a state.
+    pub(crate) fn slots<T: Number>(&self, [argument, state]: [Jet<T>; 2]) -> Vec<Jet<T>> {
+        let mut slots = Vec::with_capacity(self.operations.len() + 1);
+        slots.push(argument);
         for operation in &self.operations {
-            slots.push(operation.apply(slots));
+            slots.push(operation.apply(&slots, state));
         }
+        slots
     }
 
     /// mu and its derivatives over the slip speed.
     pub(crate) fn jet<T: Number>(&self, argument: T) -> Jet<T> {
-        let mut slots = Vec::with_capacity(self.operations.len() + 1);
-        self.slots(argument, &mut slots);
+        let slots = self.slots([Jet::argument(argument), Jet::constant(0.0)]);
         slots[slots.len() - 1]
+    }
+
+    /// The value at a slip speed and a state, and its slopes over the two.
+    pub(crate) fn with_slopes(&self, speed: f64, state: f64) -> (f64, [f64; 2]) {
+        let [by_speed, by_state] = seeds(speed, state).map(|inputs| {
+            let slots = self.slots(inputs);
+            slots[slots.len() - 1]
+        });
+        (by_speed.value, [by_speed.first, by_state.first])
     }
 
     /// The same over all slip speeds from one to another.
@@ -330,11 +367,22 @@ impl Formula {
         self.jet(Interval { low, high })
     }
 
+    /// How far the slip speed and the state may move on one panel, each to a half of what it may alone where both may move.
+    pub(crate) fn reaches(&self, speed: f64, state: f64) -> [f64; 2] {
+        let reach = |inputs| {
+            let slots = self.slots(inputs);
+            self.operations.iter().map(|one| one.reach(&slots)).fold(f64::INFINITY, f64::min)
+        };
+        let [by_speed, by_state] = seeds(speed, state);
+        match self.has_state() {
+            true => [by_speed, by_state].map(|inputs| 0.5 * reach(inputs)),
+            false => [reach(by_speed), f64::INFINITY],
+        }
+    }
+
     /// How far the slip speed may move on one panel.
     pub(crate) fn reach(&self, speed: f64) -> f64 {
-        let mut slots = Vec::with_capacity(self.operations.len() + 1);
-        self.slots(speed, &mut slots);
-        self.operations.iter().map(|one| one.reach(&slots)).fold(f64::INFINITY, f64::min)
+        self.reaches(speed, 0.0)[0]
     }
 
     /// Its slope is positive everywhere from one slip speed to another.

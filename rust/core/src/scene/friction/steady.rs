@@ -27,10 +27,10 @@ impl Scene {
             return Err(Error::shape("friction laws", &expected, format!("{given} entries")));
         }
         for (contact, given) in laws.iter_mut().enumerate() {
-            if self.bristles_of(contact).is_some() {
+            if self.state_of(contact).is_some() {
                 if given.is_some() {
                     let reason = "a law of friction over slip speed; state one of the two";
-                    return Err(Error::Bristles { contact, reason });
+                    return Err(Error::StateBeside { contact, reason });
                 }
                 *given = self.friction_law(contact).cloned();
                 continue;
@@ -92,8 +92,7 @@ impl Scene {
     /// Whether a contact never sticks and its slip still has an event where it changes its sign: friction vanishes at rest, and
     /// `-mu(|s|) N sgn s` is no analytic function of s. A line through zero is one, without events; `|s| z` of bristles is none.
     pub(crate) fn reverses(&self, contact: usize) -> bool {
-        let kinked =
-            |law: &FrictionLaw| law.linear().is_none() || self.bristles_of(contact).is_some();
+        let kinked = |law: &FrictionLaw| law.linear().is_none() || self.state_of(contact).is_some();
         self.contacts[contact].static_friction == 0.0
             && self.friction_law(contact).is_some_and(kinked)
     }
@@ -123,7 +122,7 @@ impl Scene {
     /// The coefficient of kinetic friction of a contact at its slip velocity in a state; 0 of bristles, whose friction is
     /// another one.
     pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
-        if self.bristles_of(contact).is_some() {
+        if self.state_of(contact).is_some() {
             return 0.0;
         }
         let own = &self.contacts[contact];
@@ -133,7 +132,7 @@ impl Scene {
 
     /// Its slope over the slip speed there, s/m.
     pub(crate) fn friction_slope(&self, contact: usize, u: &[f64]) -> f64 {
-        if self.bristles_of(contact).is_some() {
+        if self.state_of(contact).is_some() {
             return 0.0;
         }
         let own = &self.contacts[contact];
@@ -146,7 +145,7 @@ impl Scene {
         if self.laws.is_none() {
             return Cow::Borrowed(self);
         }
-        let mut scene = Self { laws: None, bristles: None, ..self.clone() };
+        let mut scene = Self { laws: None, states: None, ..self.clone() };
         for (contact, own) in scene.contacts.iter_mut().enumerate() {
             own.friction = friction(contact);
         }
@@ -157,12 +156,12 @@ impl Scene {
     pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
         let still = vec![0.0; self.size];
         let friction = |contact: usize| {
-            let speed = self.contacts[contact].slider_speed.abs();
-            let of_bristles = self.friction_of_steady_slip(contact, speed);
-            of_bristles.unwrap_or_else(|| self.friction_at(contact, &still))
+            let slip = -self.contacts[contact].slider_speed;
+            let of_state = self.state_of(contact).map(|own| own.steady_friction(slip));
+            of_state.unwrap_or_else(|| self.friction_at(contact, &still))
         };
-        match self.bristles {
-            Some(_) => Cow::Owned(self.without_bristles().with_friction(friction).into_owned()),
+        match self.states {
+            Some(_) => Cow::Owned(self.without_states().with_friction(friction).into_owned()),
             None => self.with_friction(friction),
         }
     }
@@ -173,7 +172,7 @@ impl Scene {
             let friction = |contact| scene.friction_at(contact, u);
             scene.laws.as_ref().map(|_| {
                 let mut linear = scene.with_friction(friction).into_owned();
-                if let Some((damping, force)) = scene.with_bristles_in(u) {
+                if let Some((damping, force)) = scene.with_states_in(u) {
                     (linear.damping, linear.proportional, linear.force) = (damping, None, force);
                 }
                 linear
@@ -229,14 +228,14 @@ impl Scene {
         let steady = self.at_steady_sliding();
         let dampers: Vec<(usize, f64)> = self
             .sliding_by_law(combination)
-            .filter(|&(contact, _)| self.bristles_of(contact).is_none())
+            .filter(|&(contact, _)| self.state_of(contact).is_none())
             .map(|(contact, law)| {
                 let slope = law.slope(self.contacts[contact].slider_speed.abs());
                 (contact, pressed[contact] * slope)
             })
             .collect();
-        let steady = match self.bristles {
-            Some(_) => Cow::Owned(self.with_bristles_about(steady.into_owned())),
+        let steady = match self.states {
+            Some(_) => Cow::Owned(self.with_states_about(steady.into_owned())),
             None => steady,
         };
         if dampers.is_empty() {

@@ -21,15 +21,16 @@ pub(crate) struct Validated {
     pub contacts: Vec<ContactInput>,
     pub impact_friction: bool,
     pub loads: Loads,
-    /// The dofs of the deflections of bristles, and the constant forces that bristles bring along.
+    /// The dofs of the states of contacts, and the constant forces that bristles bring along.
     pub hidden: Vec<HiddenDof>,
     pub hidden_force: Vec<f64>,
 }
 
-/// The dof p of the bristles of a contact, whose velocity is `scale z`.
+/// The dof p of the state z of a contact, whose velocity is `scale z`.
 pub(crate) struct HiddenDof {
     pub contact: usize,
     pub dof: usize,
+    pub mass: f64,
     pub scale: f64,
 }
 

@@ -1,8 +1,9 @@
 //! Dofs beside those that are stated: the nodes of compliant contacts have no mass, and forces that depend on rates of dofs
-//! without mass are refused; the deflections of bristles have one.
+//! without mass are refused; the states of contacts have one.
 
 use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
+use crate::scene::friction::contact_state::ContactState;
 use crate::scene::input::scene_input::Damping;
 use crate::scene::input::validated::{HiddenDof, Validated};
 use crate::scene::massless::coordinates::{Nodes, condensed_stiffness};
@@ -14,7 +15,7 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     let massless = (0..dofs).any(|dof| stated.lacks_mass(dof));
     let damping = match stated.damping {
         Damping::Proportional { mass: alpha, stiffness: beta }
-            if (beta != 0.0 && (massless || !nodes.is_empty())) || !nodes.bristles.is_empty() =>
+            if (beta != 0.0 && (massless || !nodes.is_empty())) || !nodes.states.is_empty() =>
         {
             let felt = condensed_stiffness(&stated.mass, &stated.stiffness)?;
             Damping::General(stated.mass.combined(alpha, &felt, beta))
@@ -25,7 +26,7 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     if massless {
         check_rates(&stated)?;
     }
-    let hidden = BristleTerms::new(&nodes, &stated)?;
+    let hidden = StateTerms::new(&nodes, &stated)?;
     let mut force = stated.force;
     force.resize(nodes.size, 0.0);
     force.iter_mut().zip(&hidden.force).for_each(|(force, own)| *force += own);
@@ -55,28 +56,28 @@ pub(crate) fn with_nodes(stated: Validated) -> Result<(Nodes, Validated), Error>
     Ok((nodes, whole))
 }
 
-/// What bristles add over dofs and nodes; see [`crate::scene::friction::bristles`].
+/// What states of contacts add over dofs and nodes; see [`crate::scene::friction::contact_state`].
 #[derive(Default)]
-struct BristleTerms {
+struct StateTerms {
     contacts: Vec<HiddenDof>,
     mass: Option<SparseMatrix>,
-    /// Dampers along the contacts, and the skew-symmetric coupling of contacts and deflections.
+    /// Of bristles: dampers along the contacts, and the skew-symmetric coupling of contacts and deflections.
     damping: Option<SparseMatrix>,
     force: Vec<f64>,
 }
 
-impl BristleTerms {
+impl StateTerms {
     fn new(nodes: &Nodes, stated: &Validated) -> Result<Self, Error> {
-        if nodes.bristles.is_empty() {
+        if nodes.states.is_empty() {
             return Ok(Self::default());
         }
         let mut masses = vec![0.0; nodes.size];
         let mut force = masses.clone();
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); nodes.size];
         let mut contacts = Vec::new();
-        for &(contact, dof) in &nodes.bristles {
+        for &(contact, dof) in &nodes.states {
             let law = &stated.contacts[contact];
-            let (Some(bristles), Some(tangential)) = (law.bristles, &law.tangential) else {
+            let (Some(state), Some(tangential)) = (&law.state, &law.tangential) else {
                 continue;
             };
             let along = tangential.nonzero();
@@ -84,12 +85,14 @@ impl BristleTerms {
             let felt = 1.0 / along.iter().map(inverse).sum::<f64>();
             if !(felt > 0.0) {
                 let reason = "dofs without mass or compliant contacts";
-                return Err(Error::Bristles { contact, reason });
+                return Err(Error::StateBeside { contact, reason });
             }
-            let spring = law.normal_force * bristles.stiffness;
-            let scale = (spring / felt).sqrt();
-            let damper = law.normal_force * (bristles.damping + bristles.viscous);
+            let scale = state.scale(law.normal_force, felt, law.slider_speed);
             masses[dof] = felt;
+            contacts.push(HiddenDof { contact, dof, mass: felt, scale });
+            let ContactState::Bristles(bristles) = state else { continue };
+            let spring = law.normal_force * bristles.stiffness;
+            let damper = law.normal_force * (bristles.damping + bristles.viscous);
             force[dof] = -spring / scale * law.slider_speed;
             for &(k, entry) in &along {
                 force[k] += damper * law.slider_speed * entry;
@@ -97,7 +100,6 @@ impl BristleTerms {
                 rows[k].push((dof, spring / scale * entry));
                 rows[dof].push((k, -spring / scale * entry));
             }
-            contacts.push(HiddenDof { contact, dof, scale });
         }
         let damping = SparseMatrix::from_rows(nodes.size, |row, entries| {
             entries.append(&mut rows[row]);

@@ -208,7 +208,7 @@ impl Massless {
     }
 }
 
-/// The nodes of compliant contacts, and the deflections of bristles, as dofs behind those of a scene.
+/// The nodes of compliant contacts, and the states of contacts, as dofs behind those of a scene.
 #[derive(Debug)]
 pub(crate) struct Nodes {
     /// Dofs with the nodes.
@@ -216,8 +216,8 @@ pub(crate) struct Nodes {
     /// (tangential, normal) dof of the node of each contact, where it has one.
     places: Vec<(Option<usize>, Option<usize>)>,
     springs: Vec<Spring>,
-    /// Contacts with bristles, each with the hidden dof of its deflection.
-    pub bristles: Vec<(usize, usize)>,
+    /// Contacts with states, each with the hidden dof of its state.
+    pub states: Vec<(usize, usize)>,
 }
 
 /// A spring of a compliant contact.
@@ -232,8 +232,7 @@ struct Spring {
 
 impl Nodes {
     pub fn new(size: usize, contacts: &[ContactInput]) -> Self {
-        let mut nodes =
-            Self { size, places: Vec::new(), springs: Vec::new(), bristles: Vec::new() };
+        let mut nodes = Self { size, places: Vec::new(), springs: Vec::new(), states: Vec::new() };
         for law in contacts {
             let mut place = |direction: &Option<Direction>, stiffness: Option<f64>| {
                 let (direction, stiffness) = (direction.as_ref()?, stiffness?);
@@ -246,15 +245,15 @@ impl Nodes {
             let normal = place(&law.normal, law.springs.normal);
             nodes.places.push((tangential, normal));
         }
-        for contact in (0..contacts.len()).filter(|&i| contacts[i].bristles.is_some()) {
-            nodes.bristles.push((contact, nodes.size));
+        for contact in (0..contacts.len()).filter(|&i| contacts[i].state.is_some()) {
+            nodes.states.push((contact, nodes.size));
             nodes.size += 1;
         }
         nodes
     }
 
     pub fn is_empty(&self) -> bool {
-        self.springs.is_empty() && self.bristles.is_empty()
+        self.springs.is_empty() && self.states.is_empty()
     }
 
     /// K with the springs: `k (z - d . x)^2 / 2` is the energy of each.
@@ -289,7 +288,7 @@ impl Nodes {
         contacts.iter().zip(&self.places).map(moved).collect()
     }
 
-    /// Positions or velocities over dofs, with nodes where their springs are relaxed and bristles that are not bent.
+    /// Positions or velocities over dofs, with nodes where their springs are relaxed, and states of zero.
     pub fn extended(&self, x: &[f64]) -> Vec<f64> {
         let mut whole = x.to_vec();
         for Spring { direction, .. } in &self.springs {

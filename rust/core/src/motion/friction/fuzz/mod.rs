@@ -1,4 +1,4 @@
 //! Random motions under laws of friction.
 
-mod bristle_errors;
+mod state_errors;
 mod true_errors;

@@ -66,7 +66,12 @@ fn ln(x: Doubled) -> Doubled {
 }
 
 /// The coefficient of order k of every slot of a formula, behind those of lower orders.
-pub(super) fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<Doubled>) {
+pub(super) fn slots(
+    operations: &[Operation],
+    slip: &[Doubled],
+    state: &[Doubled],
+    inner: &mut Vec<Doubled>,
+) {
     let (k, n) = (slip.len() - 1, operations.len());
     let order = Doubled::from(k as f64);
     let mut own: Vec<Doubled> = Vec::new();
@@ -84,6 +89,7 @@ pub(super) fn slots(operations: &[Operation], slip: &[Doubled], inner: &mut Vec<
         let minus = |x: Doubled| x.times(-1.0);
         let next = match *operation {
             Operation::Constant(value) => at_start(value),
+            Operation::State => state[k],
             Operation::Affine { of: slot, factor, shift } => {
                 of(slot, k).times(factor).add(at_start(shift))
             }
@@ -166,7 +172,7 @@ fn extend(
             mu.push(falling.by(next).add(slip[k].times(*viscous)).add(at(*kinetic)));
         }
         FrictionLaw::Formula(formula) => {
-            slots(formula.operations(), slip, inner);
+            slots(formula.operations(), slip, &[], inner);
             mu.push(inner[inner.len() - 1]);
         }
         FrictionLaw::Tabulated(table) => {

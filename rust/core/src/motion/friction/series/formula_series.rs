@@ -31,7 +31,7 @@ use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::interval::{Interval, Jet};
 use crate::numerics::simd::GROUP;
 use crate::scene::friction::decay::{product, terms_left_out};
-use crate::scene::friction::formula::{Formula, Operation};
+use crate::scene::friction::formula::{Formula, Operation, seeds};
 
 /// Below it an exponential counts as zero: products with it would leave the range of numbers.
 const VANISHED: f64 = 1e-260;
@@ -55,8 +55,8 @@ pub(crate) struct FormulaSeries {
     slots: Vec<Slot>,
     /// What lower orders add to the order sought of a product.
     ahead: Vec<f64>,
-    /// How far S may move from S_0.
-    pub reach: f64,
+    /// How far S and the state may move from where they begin.
+    pub reaches: [f64; 2],
 }
 
 /// Bounds of what the polynomial of a slot is off by: truncation, which grows with the power COEFFICIENTS of the width or
@@ -118,14 +118,14 @@ fn quotient(a: &Series, b: &Series) -> Series {
 }
 
 impl FormulaSeries {
-    /// The coefficient of mu of order k, from that of S.
+    /// The coefficient of mu of order k, from those of S and of the state.
     #[inline(always)]
-    pub fn order(&mut self, formula: &Formula, k: usize, s: f64) -> f64 {
+    pub fn order(&mut self, formula: &Formula, k: usize, s: f64, z: f64) -> f64 {
         let operations = formula.operations();
         if k == 0 {
             let zeros = Slot { terms: [0.0; COEFFICIENTS], rates: [0.0; COEFFICIENTS] };
             self.slots.resize(operations.len() + 1, zeros);
-            self.reach = formula.reach(s);
+            self.reaches = formula.reaches(s, z);
         }
         self.run_ahead(operations, k);
         let order = k as f64;
@@ -139,6 +139,7 @@ impl FormulaSeries {
             let at_start = |start: f64, constant: f64| if k == 0 { start } else { constant };
             value = match *operation {
                 Operation::Constant(value) => at_start(value, 0.0),
+                Operation::State => z,
                 Operation::Affine { of: slot, factor, shift } => {
                     factor.mul_add(of(slot), at_start(shift, 0.0))
                 }
@@ -209,12 +210,17 @@ impl FormulaSeries {
         }
     }
 
-    /// Bounds of mu on a panel that was shortened some times: of its error where S is its polynomial, and of `|mu'|` where S is
-    /// within `wide` of S_0.
-    pub fn bounds(&self, formula: &Formula, wide: f64, shortenings: usize) -> LawBounds {
-        let start = self.slots[0].terms[0];
-        let mut jets: Vec<Jet<Interval>> = Vec::with_capacity(self.slots.len());
-        formula.slots(Interval { low: start - wide, high: start + wide }, &mut jets);
+    /// Bounds of mu on a panel that was shortened some times: of its error where S and the state are their polynomials, and of
+    /// its slopes where they are within `wide` of where they begin.
+    pub fn bounds(
+        &self,
+        formula: &Formula,
+        [(speed, wide), (state, state_wide)]: [(f64, f64); 2],
+        shortenings: usize,
+    ) -> (LawBounds, f64) {
+        let around = |at: f64, wide: f64| Interval { low: at - wide, high: at + wide };
+        let [by_speed, by_state] = seeds(around(speed, wide), around(state, state_wide));
+        let jets: Vec<Jet<Interval>> = formula.slots(by_speed);
         let short = (3 + 2 * shortenings) as f64;
         let of_product = product_units(shortenings) as f64;
         // An order k of a product is integrated, and counts with 1 / k of its units.
@@ -231,7 +237,7 @@ impl FormulaSeries {
             let least = |of: usize| jets[of].value.smallest() - all[of].sum();
             let left_out = |a: &Series, b: &Series| terms_left_out(a, b);
             all[slot] = match *operation {
-                Operation::Constant(_) => Off::default(),
+                Operation::Constant(_) | Operation::State => Off::default(),
                 Operation::Affine { of, factor, shift } => {
                     let terms = factor.abs() * sizes[of][0] + shift.abs();
                     all[of].times(factor.abs()).plus(Off { cut: 0.0, round: UNIT * short * terms })
@@ -310,18 +316,22 @@ impl FormulaSeries {
         }
         let last = self.slots.len() - 1;
         let bounded = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-        LawBounds {
+        let bounds = LawBounds {
             truncation: bounded(all[last].cut),
             rounding: bounded(all[last].round + UNIT * short * sizes[last][0]),
             slope: bounded(jets[last].first.largest()),
-        }
+        };
+        let of_state = || bounded(formula.slots(by_state)[last].first.largest());
+        (bounds, if formula.has_state() { of_state() } else { 0.0 })
     }
 
-    /// `mu'(S)` along the panel, operation by operation.
-    pub fn slopes(&self, formula: &Formula) -> Series {
+    /// The slopes over S, or over the state, along the panel, operation by operation.
+    pub fn slopes(&self, formula: &Formula, over_state: bool) -> Series {
         let mut unit = [0.0; COEFFICIENTS];
         unit[0] = 1.0;
-        let mut slopes = vec![unit];
+        let nothing = [0.0; COEFFICIENTS];
+        let [of_speed, of_state] = if over_state { [nothing, unit] } else { [unit, nothing] };
+        let mut slopes = vec![of_speed];
         for (place, operation) in formula.operations().iter().enumerate() {
             let of = |slot: usize| &self.slots[slot].terms;
             let own = of(place + 1);
@@ -329,7 +339,8 @@ impl FormulaSeries {
                 std::array::from_fn(|k| a[k] + sign * b[k])
             };
             slopes.push(match *operation {
-                Operation::Constant(_) => [0.0; COEFFICIENTS],
+                Operation::Constant(_) => nothing,
+                Operation::State => of_state,
                 Operation::Affine { of, factor, .. } => slopes[of].map(|c| factor * c),
                 Operation::Sum(a, b) => sum(&slopes[a], &slopes[b], 1.0),
                 Operation::Product(a, b) => {

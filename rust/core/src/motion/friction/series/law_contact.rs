@@ -1,6 +1,7 @@
 //! A contact whose friction depends on slip speed, or an element of the scene, in one combination.
 
 use crate::contact::functional::Functional;
+use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
 
 /// Whose law it is, by its index in the scene.
@@ -20,7 +21,7 @@ pub(crate) struct LawContact {
     /// T / (mu N)
     pub sign: f64,
     /// The slip velocity, and what multiplies `mu(|s|) - mu(0)`: N without what laws add. Of bristles the deflection z stands for
-    /// N everywhere and may be negative, or z for the slip speed and that for N.
+    /// N everywhere and may be negative, or z for the slip speed and that for N. Of a formula with a state, the state.
     pub slip: Functional,
     pub normal: Functional,
     /// The coordinate whose velocity alone makes the slip speed, and its weight.
@@ -33,6 +34,8 @@ pub(crate) struct LawContact {
     pub force_norm: f64,
     /// Where slip has no mass.
     pub flow: Option<Flow>,
+    /// Whether its law is a formula of the slip speed and of a state.
+    pub of_state: bool,
 }
 
 /// A contact whose tangential coordinate has no mass and is a state of first order: its slip speed follows from
@@ -78,8 +81,27 @@ impl LawContact {
         self.is_element() && matches!(self.law, FrictionLaw::Formula(_))
     }
 
-    /// `mu(|s|) - mu(0)`
+    /// The formula of a contact with a state, whose force it gives without a factor.
+    #[inline(always)]
+    pub fn with_state(&self) -> Option<&Formula> {
+        match &self.law {
+            FrictionLaw::Formula(formula) if self.of_state => Some(formula),
+            _ => None,
+        }
+    }
+
+    /// The value of a formula with a state, which no normal force multiplies; 0 of other laws.
+    pub fn value_with_state(&self, q: &[f64], u: &[f64]) -> f64 {
+        let value =
+            |formula: &Formula| formula.with_slopes(self.speed(q, u), self.normal.value(q, u)).0;
+        self.with_state().map_or(0.0, value)
+    }
+
+    /// `mu(|s|) - mu(0)`; 0 of a formula with a state.
     pub fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
+        if self.of_state {
+            return 0.0;
+        }
         self.law.value(self.speed(q, u)) - self.law.value(0.0)
     }
 

@@ -10,6 +10,7 @@ use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::elements::element::Element;
 use crate::scene::friction::decay::{DecayPanel, product, terms_left_out};
+use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -84,12 +85,41 @@ impl LawSeries {
                 return (excess[k], [last; 2]);
             }
             FrictionLaw::Formula(formula) => {
-                let value = slots.order(formula, k, s);
+                let value = slots.order(formula, k, s, 0.0);
                 (if k == 0 { value - law.value(0.0) } else { value }, 0.0, 0.0)
             }
         };
         (excess[k], inner[k]) = (of_order, of_inner);
         (of_order, [left, of_inner])
+    }
+
+    /// The coefficient of order k of the value of a formula with a state z, which no normal force multiplies.
+    #[inline(always)]
+    pub fn extend_with_state(&mut self, formula: &Formula, k: usize, [s, z]: [f64; 2]) -> f64 {
+        self.slip[k] = s;
+        self.formula.order(formula, k, s, z)
+    }
+
+    /// How far the state may move on a panel.
+    pub fn reach_of_state(&self) -> f64 {
+        self.formula.reaches[1]
+    }
+
+    /// Bounds of a formula with a state on a panel, where slip speed and state are within `wide` of where they begin, and a
+    /// bound of its slope over the state.
+    pub fn bounds_with_state(
+        &self,
+        formula: &Formula,
+        state: f64,
+        wide: [f64; 2],
+        shortenings: usize,
+    ) -> (LawBounds, f64) {
+        self.formula.bounds(formula, [(self.slip[0], wide[0]), (state, wide[1])], shortenings)
+    }
+
+    /// Its slopes over the slip speed and over the state, along the panel.
+    pub fn slopes_with_state(&self, formula: &Formula) -> [[f64; COEFFICIENTS]; 2] {
+        [false, true].map(|over_state| self.formula.slopes(formula, over_state))
     }
 
     /// The law along a slip speed that is a polynomial, and the left factors of all orders.
@@ -171,7 +201,7 @@ impl LawSeries {
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Decaying { speed, decay, .. } => speed * decay.reach(self.slip[0] / speed),
-            FrictionLaw::Formula(_) => self.formula.reach,
+            FrictionLaw::Formula(_) => self.formula.reaches[0],
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
         }
     }
@@ -263,7 +293,9 @@ impl LawSeries {
                         .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
                 }
             }
-            FrictionLaw::Formula(formula) => self.formula.bounds(formula, wide, shortenings),
+            FrictionLaw::Formula(formula) => {
+                self.formula.bounds(formula, [(slip[0], wide), (0.0, 0.0)], shortenings).0
+            }
         }
     }
 
@@ -287,7 +319,7 @@ impl LawSeries {
                     constant(k, b) + 2.0 * c * from_knot[k] + 3.0 * d * square[k]
                 })
             }
-            FrictionLaw::Formula(formula) => self.formula.slopes(formula),
+            FrictionLaw::Formula(formula) => self.formula.slopes(formula, false),
         }
     }
 

@@ -47,6 +47,8 @@ pub(crate) struct ContactBounds {
     pub cut: f64,
     pub round: f64,
     pub gain: f64,
+    /// The change of a formula with a state per change of that.
+    pub by_state: f64,
     /// Where slip has no mass: the change of its speed per error of the force that it follows from.
     pub by_force: f64,
 }

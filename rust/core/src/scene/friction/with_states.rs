@@ -1,31 +1,32 @@
-//! A scene with bristles: their laws, their energy, and the scenes in which they act in one state, at rest and in small motions.
+//! A scene with contacts that have states: their laws, their energy, and the scenes in which they act in one state, at rest and in
+//! small motions.
 
 use std::ops::Range;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
-use crate::scene::friction::bristles::BristleContact;
+use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
 use crate::scene::model::Scene;
 
 impl Scene {
-    /// The bristles of a contact, where it has some.
-    pub(crate) fn bristles_of(&self, contact: usize) -> Option<&BristleContact> {
-        self.bristles.iter().flat_map(|all| &all[..]).find(|own| own.0 == contact).map(|own| &own.1)
+    /// The state of a contact, where it has one.
+    pub(crate) fn state_of(&self, contact: usize) -> Option<&StateContact> {
+        self.states.iter().flat_map(|all| &all[..]).find(|own| own.0 == contact).map(|own| &own.1)
     }
 
-    /// Whether some contact has bristles.
-    pub fn has_bristles(&self) -> bool {
-        self.bristles.is_some()
+    /// Whether some contact has a state.
+    pub fn has_states(&self) -> bool {
+        self.states.is_some()
     }
 
-    /// Every contact with bristles.
-    pub(crate) fn bristle_contacts(&self) -> impl Iterator<Item = &(usize, BristleContact)> {
-        self.bristles.iter().flat_map(|all| &all[..])
+    /// Every contact with a state.
+    pub(crate) fn state_contacts(&self) -> impl Iterator<Item = &(usize, StateContact)> {
+        self.states.iter().flat_map(|all| &all[..])
     }
 
-    /// The coordinates of deflections, whose displacements mean nothing: nothing depends on them.
+    /// The coordinates of states, whose displacements mean nothing: nothing depends on them.
     pub(crate) fn hidden(&self) -> Range<usize> {
-        let mut coordinates = self.bristle_contacts().map(|(_, own)| own.coordinate);
+        let mut coordinates = self.state_contacts().map(|(_, own)| own.coordinate);
         coordinates.next().map_or(0..0, |first| first..coordinates.last().unwrap_or(first) + 1)
     }
 
@@ -33,79 +34,69 @@ impl Scene {
         self.hidden().contains(&coordinate)
     }
 
-    /// T of a contact with bristles in a state, N, and the rate `N sigma_0 z z'` at which they store energy, W.
-    pub(crate) fn bristle_friction(&self, contact: usize, u: &[f64]) -> Option<[f64; 2]> {
-        let (own, law) = (self.bristles_of(contact)?, self.friction_law(contact)?);
-        Some(own.in_state(law, self.contacts[contact].slider_speed, u).0)
+    /// What a contact with a state does in a state of the scene.
+    pub(crate) fn of_state(&self, contact: usize, u: &[f64]) -> Option<InState> {
+        let (own, law) = (self.state_of(contact)?, self.friction_law(contact)?);
+        Some(own.in_state(law, self.contacts[contact].slider_speed, u))
     }
 
-    /// The energy that bristles store, J: the kinetic one of their coordinates.
-    pub(crate) fn bristle_energy(&self, u: &[f64]) -> f64 {
-        let of = |(_, own): &(usize, BristleContact)| {
+    /// The kinetic energy of hidden coordinates, and the part of it that bristles store, J; between two states its change.
+    pub(crate) fn hidden_energy(&self, from: &[f64], to: &[f64]) -> [f64; 2] {
+        self.state_contacts().fold([0.0; 2], |[all, stored], (_, own)| {
             let k = own.coordinate;
-            0.5 * self.mass.get(k, k) * u[k] * u[k]
-        };
-        self.bristle_contacts().map(of).sum()
+            let energy = 0.5 * own.mass * (to[k] + from[k]) * (to[k] - from[k]);
+            let bristles = matches!(own.law, ContactState::Bristles(_));
+            [all + energy, if bristles { stored + energy } else { stored }]
+        })
     }
 
-    /// Its change between two states.
-    pub(crate) fn bristle_energy_change(&self, from: &[f64], to: &[f64]) -> f64 {
-        let of = |(_, own): &(usize, BristleContact)| {
-            let k = own.coordinate;
-            0.5 * self.mass.get(k, k) * (to[k] + from[k]) * (to[k] - from[k])
-        };
-        self.bristle_contacts().map(of).sum()
+    /// The power of the inertia of hidden coordinates that store no energy, W.
+    pub(crate) fn hidden_power(&self, u: &[f64], acceleration: &[f64]) -> f64 {
+        let unstored = self.state_contacts().map(|(_, own)| own);
+        let unstored = unstored.filter(|own| matches!(own.law, ContactState::Formulas(_)));
+        let power =
+            |own: &StateContact| own.mass * u[own.coordinate] * acceleration[own.coordinate];
+        unstored.map(power).sum()
     }
 
-    /// The same scene with the laws of its bristles; that of a loop is another one.
-    pub(crate) fn with_bristles(
-        mut self,
-        given: Vec<(usize, BristleContact)>,
-    ) -> Result<Self, Error> {
+    /// The same scene with the laws of the states of its contacts; that of a loop is another one.
+    pub(crate) fn with_states(mut self, given: Vec<(usize, StateContact)>) -> Result<Self, Error> {
         if given.is_empty() {
             return Ok(self);
         }
         if let Some(reason) = self.refuses_local_forces() {
-            return Err(Error::Bristles { contact: given[0].0, reason });
+            return Err(Error::StateBeside { contact: given[0].0, reason });
         }
         let mut laws = vec![None; self.contacts.len()];
         for (contact, own) in &given {
-            laws[*contact] = Some(own.numbers.law()?);
+            laws[*contact] = Some(own.law.law()?);
         }
         self.laws = Some(laws.into());
-        self.bristles = Some(given.into());
+        self.states = Some(given.into());
         Ok(self)
     }
 
-    /// C and F with y linear in the velocities, as it is in one state.
-    pub(crate) fn with_bristles_in(&self, u: &[f64]) -> Option<(SparseMatrix, Vec<f64>)> {
-        self.bristles.as_ref()?;
+    /// C and F with what the states of contacts bring, as it is in one state.
+    pub(crate) fn with_states_in(&self, u: &[f64]) -> Option<(SparseMatrix, Vec<f64>)> {
+        self.states.as_ref()?;
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
         let mut force = self.force.clone();
-        for (contact, own) in self.bristle_contacts() {
-            let law = self.friction_law(*contact)?;
-            let (_, (k, factor, constant)) =
-                own.in_state(law, self.contacts[*contact].slider_speed, u);
-            for (row, weight) in own.direction() {
-                rows[row].push((k, -weight * factor));
-                force[row] += weight * constant;
-            }
+        for (contact, _) in self.state_contacts() {
+            let own = self.of_state(*contact, u)?;
+            own.damping
+                .into_iter()
+                .for_each(|(row, column, entry)| rows[row].push((column, entry)));
+            own.force.into_iter().for_each(|(row, part)| force[row] += part);
         }
         Some((self.damping.combined(1.0, &of_entries(rows), 1.0), force))
     }
 
-    /// The coefficient of friction of a contact with bristles that slips steadily at a speed, `g(|s|) + sigma_2 |s|`.
-    pub(crate) fn friction_of_steady_slip(&self, contact: usize, speed: f64) -> Option<f64> {
-        let numbers = self.bristles_of(contact)?.numbers;
-        Some(numbers.of_steady_slip(speed) + numbers.viscous * speed)
-    }
-
-    /// The scene without the terms of its bristles, whose deflections a spring holds at zero: statics, in which the friction of
-    /// steady slip is constant.
-    pub(crate) fn without_bristles(&self) -> Self {
+    /// The scene without the terms of states, which a spring holds at zero: statics, in which the friction of steady slip is
+    /// constant.
+    pub(crate) fn without_states(&self) -> Self {
         let (mut damping, mut springs) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
         let mut force = self.force.clone();
-        for (contact, own) in self.bristle_contacts() {
+        for (contact, own) in self.state_contacts() {
             let slider_speed = self.contacts[*contact].slider_speed;
             for (row, column, entry) in own.linear_terms() {
                 damping[row].push((column, -entry));
@@ -113,11 +104,10 @@ impl Scene {
                     force[row] -= entry * slider_speed;
                 }
             }
-            let k = own.coordinate;
-            springs[k].push((k, self.mass.get(k, k)));
+            springs[own.coordinate].push((own.coordinate, own.mass));
         }
         Self {
-            bristles: None,
+            states: None,
             damping: self.damping.combined(1.0, &of_entries(damping), 1.0),
             stiffness: self.stiffness.combined(1.0, &of_entries(springs), 1.0),
             proportional: None,
@@ -126,17 +116,16 @@ impl Scene {
         }
     }
 
-    /// A scene of small motions about steady sliding of this one, with its bristles.
-    pub(crate) fn with_bristles_about(&self, mut steady: Self) -> Self {
+    /// A scene of small motions about steady sliding of this one, with the states of its contacts.
+    pub(crate) fn with_states_about(&self, mut steady: Self) -> Self {
         let (mut damping, mut places) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
-        for (contact, own) in self.bristle_contacts() {
+        for (contact, own) in self.state_contacts() {
             let Some(law) = self.friction_law(*contact) else { continue };
-            let [rates, springs] = own.tangents(law, self.contacts[*contact].slider_speed.abs());
+            let [rates, springs] = own.tangents(law, -self.contacts[*contact].slider_speed);
             rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));
             springs.into_iter().for_each(|(row, column, entry)| places[row].push((column, entry)));
-            // In place of the spring that held the deflection.
-            let k = own.coordinate;
-            places[k].push((k, -self.mass.get(k, k)));
+            // In place of the spring that held the state.
+            places[own.coordinate].push((own.coordinate, -own.mass));
         }
         steady.damping = steady.damping.combined(1.0, &of_entries(damping), 1.0);
         steady.stiffness = steady.stiffness.combined(1.0, &of_entries(places), 1.0);
@@ -164,7 +153,9 @@ mod tests {
     use crate::motion::propagators::Propagators;
     use crate::scene::model::State;
     use crate::scene::status::Combination;
-    use crate::scene::{Bristles, ContactInput, Damping, Direction, Mass, Scene, SceneInput};
+    use crate::scene::{
+        Bristles, ContactInput, ContactState, Damping, Direction, Mass, Scene, SceneInput,
+    };
     use crate::transient::run_state::Controls;
     use crate::transient::simulate::simulate;
 
@@ -173,7 +164,7 @@ mod tests {
             tangential: Some(Direction::Dof(0)),
             normal_force: 1.0,
             slider_speed: speed,
-            bristles: Some(bristles),
+            state: Some(ContactState::Bristles(bristles)),
             ..Default::default()
         };
         let input = SceneInput {

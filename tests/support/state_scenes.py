@@ -1,14 +1,15 @@
-"""Random scenes with bristles, and another way to their motion: DOP853 in displacements and deflections."""
+"""Random scenes of contacts with a state, and another way to their motion: DOP853 in places and states."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip.scene.laws.friction import BoucWen, Dahl, LuGre
+from stickslip.scene.laws.state import BoucWen, Dahl, ElastoPlastic, LawWithState, LuGre, RateState, StateLaw
 
 #: s
 DURATION = 3.0
@@ -20,7 +21,7 @@ STEPS = 300
 FOLLOWED = 40
 
 
-def bristle_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+def state_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     """Return one to five masses in a row with contacts under given normal forces, and a start."""
     rng = np.random.default_rng([seed, index, 11])
     size = int(rng.integers(1, 6))
@@ -33,20 +34,7 @@ def bristle_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
         direction[dof] = 1.0
         if size > 1 and rng.random() < 0.3:
             direction[(dof + 1) % size] = rng.uniform(-0.5, 0.5)
-        kinetic, stiff = rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(1.0, 4.0)
-        law: BoucWen | Dahl | LuGre = ss.friction.Dahl(kinetic, stiff)
-        kind = rng.random()
-        if kind > 0.75:
-            law = ss.friction.BoucWen(kinetic, stiff, float(rng.integers(1, 4)), rng.uniform(0.0, 1.0))
-        elif kind < 0.6:
-            law = ss.friction.LuGre(
-                static=kinetic * rng.uniform(1.0, 2.0),
-                kinetic=kinetic,
-                speed=10.0 ** rng.uniform(-2.5, 0.0),
-                stiffness=stiff,
-                damping=rng.uniform(0.0, 1.0) / np.sqrt(stiff),
-                viscous=rng.uniform(0.0, 0.2),
-            )
+        law = drawn_law(rng)
         speed = rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.3)
         contacts.append(
             ss.Contact(
@@ -66,7 +54,85 @@ def bristle_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     return scene, ss.State(rng.normal(0.0, 0.02, size), velocity, letters)
 
 
-class BristleEquations:
+#: LuGre's law, and a state that follows the slip velocity late, in a user's own words.
+LUGRE = (
+    "stiffness * z + viscous * s"
+    " + damping * (s - stiffness * abs(s) * z / (kinetic + more * exp(-(s / speed)**2)))",
+    "s - stiffness * abs(s) * z / (kinetic + more * exp(-(s / speed)**2))",
+)
+LATE = ("kinetic * tanh(z) + viscous * s", "(s / speed - z) * haste")
+
+
+def drawn_law(rng: np.random.Generator) -> LawWithState:
+    """Return a law with a state."""
+    kinetic, stiffness = rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(1.0, 4.0)
+    damping = {"damping": rng.uniform(0.0, 1.0) / np.sqrt(stiffness), "viscous": rng.uniform(0.0, 0.2)}
+    speed = 10.0 ** rng.uniform(-2.5, 0.0)
+    match rng.choice(7):
+        case 0:
+            return ss.friction.Dahl(kinetic, stiffness)
+        case 1:
+            return ss.friction.BoucWen(kinetic, stiffness, float(rng.integers(1, 4)), rng.uniform(0.0, 1.0))
+        case 2:
+            return ss.friction.ElastoPlastic(kinetic, stiffness, rng.uniform(0.1, 0.9), **damping)
+        case 3:
+            # Rates at rest grow by exp(kinetic / direct).
+            direct, evolution = kinetic * rng.uniform(0.15, 0.5, 2)
+            return ss.friction.RateState(
+                kinetic, direct, evolution, rng.uniform(0.01, 0.1), rng.uniform(0.05, 0.5)
+            )
+        case 4:
+            more = kinetic * rng.uniform(0.0, 1.0)
+            numbers = {"kinetic": kinetic, "more": more, "speed": speed, "stiffness": stiffness, **damping}
+            return ss.friction.StateLaw(*LUGRE, **numbers)
+        case 5:
+            haste, viscous = 10.0 ** rng.uniform(0.0, 2.5), damping["viscous"]
+            return ss.friction.StateLaw(*LATE, kinetic=kinetic, viscous=viscous, speed=speed, haste=haste)
+    static = kinetic * rng.uniform(1.0, 2.0)
+    return ss.friction.LuGre(static, kinetic, speed, stiffness, **damping)
+
+
+def force_and_rate(law: LawWithState) -> Callable[[float, float], tuple[float, float]]:
+    """Return the function of s and z that gives -T / N and the rate of z."""
+    if isinstance(law, StateLaw):
+        names = law.parameters() | {name: getattr(np, name) for name in ("exp", "tanh")}
+        force, rate = (eval(f"lambda s, z: {told}", dict(names)) for told in (law.force, law.rate))
+        return lambda s, z: (force(s, z), rate(s, z))
+    if isinstance(law, RateState):
+        a, b, reference, v, length = law.direct, law.evolution, law.reference, law.speed, law.length
+        return lambda s, z: (
+            a * np.arcsinh(s / (2.0 * v) * np.exp((reference + b * z) / a)),
+            (v * np.exp(-z) - abs(s)) / length,
+        )
+    assert isinstance(law, BoucWen | Dahl | ElastoPlastic | LuGre)
+    stiffness, kinetic = law.stiffness, law.kinetic
+
+    def loss(s: float, z: float) -> float:
+        bent, sign = stiffness * z / kinetic, np.sign(s)
+        match law:
+            case LuGre(static=static, speed=speed):
+                return abs(s) * stiffness * z / (kinetic + (static - kinetic) * np.exp(-((s / speed) ** 2)))
+            case BoucWen(exponent=exponent, share=share):
+                return abs(s) * abs(bent) ** exponent * (share * np.sign(z) + (1.0 - share) * sign)
+            case ElastoPlastic(break_away=break_away):
+                part = (bent * sign - break_away) / (1.0 - break_away)
+                if part >= 1.0:
+                    return abs(s) * bent
+                # The cubic of Hermite from (0, slope 0) to (1, slope 1 - break_away).
+                width = 1.0 - break_away
+                return s * ((3.0 - width) * part**2 + (width - 2.0) * part**3 if part > 0.0 else 0.0)
+        return abs(s) * bent
+
+    damping, viscous = getattr(law, "damping", 0.0), getattr(law, "viscous", 0.0)
+
+    def both(s: float, z: float) -> tuple[float, float]:
+        rate = s - loss(s, z)
+        return stiffness * z + damping * rate + viscous * s, rate
+
+    return both
+
+
+class StateEquations:
     """``M x'' = F - K x - C x' + sum t T`` and z' as the laws have it, for the vector (x, x', z)."""
 
     def __init__(self, scene: ss.Scene) -> None:
@@ -86,15 +152,10 @@ class BristleEquations:
         self.speeds = np.array([contact.slider_speed for contact in contacts])
         self.pressed = np.array([contact.normal_force for contact in contacts])
         laws = [contact.friction for contact in contacts]
-        self.bristles = np.array([law.stiffness for law in laws])
-        self.kinetic = np.array([law.kinetic for law in laws])
-        self.static = np.array([getattr(law, "static", law.kinetic) for law in laws])
-        self.scale = np.array([getattr(law, "speed", 1.0) for law in laws])
-        self.dampers = np.array([getattr(law, "damping", 0.0) for law in laws])
-        self.viscous = np.array([getattr(law, "viscous", 0.0) for law in laws])
-        self.loops = np.array([isinstance(law, BoucWen) for law in laws])
-        self.exponents = np.array([getattr(law, "exponent", 1.0) for law in laws])
-        self.shares = np.array([getattr(law, "share", 1.0) for law in laws])
+        self.laws = [force_and_rate(law) for law in laws]
+        # A state of the scene has the force of the springs of bristles, or minus N times the state.
+        own = [1.0 if isinstance(law, RateState | StateLaw) else law.stiffness for law in laws]
+        self.springs = self.pressed * np.array(own)
 
     def slips(self, y: np.ndarray) -> np.ndarray:
         """Return the slip velocities."""
@@ -103,20 +164,17 @@ class BristleEquations:
     def rate(self, _: float, y: np.ndarray) -> np.ndarray:
         """Return (x', x'', z')."""
         x, u, z = np.split(y, [self.size, 2 * self.size])
-        s = self.slips(y)
-        level = self.kinetic + (self.static - self.kinetic) * np.exp(-((s / self.scale) ** 2))
-        bent = self.bristles * z / level
-        turned = self.shares * np.sign(z) + (1.0 - self.shares) * np.sign(s)
-        loss = np.where(self.loops, np.abs(bent) ** self.exponents * turned, bent)
-        rate = s - np.abs(s) * loss
-        friction = -self.pressed * (self.bristles * z + self.dampers * rate + self.viscous * s)
-        load = self.force - self.stiffness @ x - self.damping @ u + self.directions.T @ friction
+        found = [
+            law(*given) for law, given in zip(self.laws, zip(self.slips(y), z, strict=True), strict=True)
+        ]
+        force, rate = np.array(found).T
+        load = self.force - self.stiffness @ x - self.damping @ u - self.directions.T @ (self.pressed * force)
         return np.concatenate([u, self.inverse @ load, rate])
 
     def state(self, state: ss.State) -> np.ndarray:
         """Return (x, x', z) of a state."""
         assert state.friction_force is not None
-        z = -state.friction_force / (self.pressed * self.bristles)
+        z = -state.friction_force / self.springs
         return np.concatenate([state.position, state.velocity, z])
 
 
@@ -136,7 +194,7 @@ class Followed:
 def followed(scene: ss.Scene, start: ss.State) -> Followed:
     """Follow the phases of a motion, each from its start."""
     run = ss.simulate(scene, DURATION, start)
-    equations = BristleEquations(scene)
+    equations = StateEquations(scene)
     edges = np.concatenate([[0.0], run.events.time, [run.duration]])
     result = Followed(len(run.events), 0.0, 0.0, 0, 0.0)
     for k in range(min(len(edges) - 1, FOLLOWED)):
@@ -184,7 +242,7 @@ def main() -> None:
     count, seed = (int(one) for one in sys.argv[1:3])
     worst, events = Followed(0, 0.0, 0.0, 0, 0.0), 0
     for index in range(count):
-        found = followed(*bristle_scene(seed, index))
+        found = followed(*state_scene(seed, index))
         events += found.events
         for name in ("state", "time", "missed", "energy"):
             setattr(worst, name, max(getattr(worst, name), getattr(found, name)))

@@ -1,7 +1,8 @@
-//! True errors of panels with bristles, by the equations in displacements and deflections in doubled precision.
+//! True errors of panels with contacts that have states, by the equations in displacements and states in doubled precision.
 //!
 //! The reference has z as a state of first order, and nothing of the hidden coordinate by which the series carry it.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
@@ -11,15 +12,18 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::fuzz::true_errors::{STEPS, TERMS, slots};
 use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::series::law_contact::LawOf;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{ContactInput, Direction};
-use crate::scene::friction::bristles::{BristleContact, Bristles, Hysteresis};
+use crate::scene::friction::bristles::{Bristles, Hysteresis};
+use crate::scene::friction::contact_state::{ContactState, StateContact, StateFormulas};
+use crate::scene::friction::formula::GivenOperation;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 
 /// Panels of one motion.
 const PANELS: usize = 3;
@@ -30,7 +34,7 @@ const SIDE: f64 = 1e-12;
 /// Slider speed, m/s; contacts slide in the positive direction.
 const SPEED: f64 = 0.5;
 
-/// Displacements, velocities and deflections.
+/// Displacements, velocities and states.
 type State = [Vec<Doubled>; 3];
 
 fn zero() -> Doubled {
@@ -42,7 +46,7 @@ fn of_law(law: &FrictionLaw, slip: &[Doubled], inner: &mut Vec<Doubled>) -> Doub
     match law {
         FrictionLaw::Linear { slope, .. } => slip[slip.len() - 1].times(*slope),
         FrictionLaw::Formula(formula) => {
-            slots(formula.operations(), slip, inner);
+            slots(formula.operations(), slip, &[], inner);
             inner[inner.len() - 1]
         }
         _ => panic!("no law of bristles"),
@@ -50,11 +54,7 @@ fn of_law(law: &FrictionLaw, slip: &[Doubled], inner: &mut Vec<Doubled>) -> Doub
 }
 
 /// `f(z) |s|` of a loop, of order k, where s < 0; z has a sign, which a panel does not change.
-fn of_loop(
-    numbers: &Bristles,
-    Hysteresis { exponent, share }: Hysteresis,
-    [z, slip]: [&[Doubled]; 2],
-) -> Doubled {
+fn of_loop(numbers: &Bristles, [exponent, share]: [f64; 2], [z, slip]: [&[Doubled]; 2]) -> Doubled {
     // Slip takes z down from 0.
     let side = if z[0].value() > SIDE * numbers.kinetic / numbers.stiffness { 1.0 } else { -1.0 };
     let convolved = |a: &[Doubled], b: &[Doubled], k: usize| {
@@ -63,7 +63,7 @@ fn of_loop(
     let bent = |z: &Doubled| z.times(side * numbers.stiffness).over(numbers.kinetic.into());
     let bent: Vec<Doubled> = z.iter().map(bent).collect();
     let mut power = bent.clone();
-    for _ in 1..exponent {
+    for _ in 1..exponent as usize {
         power = (0..z.len()).map(|k| convolved(&power, &bent, k)).collect();
     }
     let turned = Doubled::from(side * share).add(share.into()).add((-1.0).into());
@@ -79,6 +79,7 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
         let count = input.contacts.len();
         let (mut slips, mut inner, mut laws) =
             (vec![Vec::new(); count], vec![Vec::new(); count], vec![Vec::<Doubled>::new(); count]);
+        let mut of_formulas = [vec![Vec::new(); count], vec![Vec::new(); count]];
         for k in 0..TERMS {
             let order = Doubled::from((k + 1) as f64);
             let row = |i: usize| {
@@ -90,18 +91,33 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
             let mut loads: Vec<Doubled> = (0..size).map(row).collect();
             let mut rates = vec![zero(); count];
             for (i, contact) in input.contacts.iter().enumerate() {
-                let (Some(Direction::Dof(t)), Some(numbers)) =
-                    (&contact.tangential, contact.bristles)
+                let (Some(Direction::Dof(t)), Some(law)) = (&contact.tangential, &contact.state)
                 else {
-                    panic!("bristles along a dof");
+                    panic!("a state along a dof");
                 };
                 let slip = v[k][*t].add(Doubled::from(if k == 0 { -SPEED } else { 0.0 }));
                 slips[i].push(slip.times(-1.0));
-                let product = match numbers.hysteresis {
-                    Some(hysteresis) => {
+                let numbers = match law {
+                    ContactState::Bristles(numbers) => numbers,
+                    ContactState::Formulas(formulas) => {
                         let own: Vec<Doubled> = z.iter().map(|z| z[i]).collect();
-                        of_loop(&numbers, hysteresis, [&own, &slips[i]])
+                        let both = formulas.in_status(Status::Positive);
+                        let [force, rate] = [0, 1].map(|place| {
+                            let inner = &mut of_formulas[place][i];
+                            slots(both[place].operations(), &slips[i], &own, inner);
+                            inner[inner.len() - 1]
+                        });
+                        rates[i] = rate;
+                        loads[*t] = loads[*t].add(force.times(-contact.normal_force));
+                        continue;
                     }
+                };
+                let product = match numbers.hysteresis {
+                    Some(Hysteresis::BoucWen { exponent, share }) => {
+                        let own: Vec<Doubled> = z.iter().map(|z| z[i]).collect();
+                        of_loop(numbers, [exponent as f64, share], [&own, &slips[i]])
+                    }
+                    Some(Hysteresis::ElastoPlastic { .. }) => panic!("no such loop is drawn"),
                     None => {
                         let law = scene.friction_law(i).expect("a law");
                         laws[i].push(of_law(law, &slips[i], &mut inner[i]));
@@ -130,7 +146,7 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
     }
 }
 
-fn input(size: usize, numbers: &[f64], bristles: &[Bristles], general: bool) -> SceneInput {
+fn input(size: usize, numbers: &[f64], states: &[ContactState], general: bool) -> SceneInput {
     let number = |place: usize| numbers[place % numbers.len()];
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
         0 => 100.0 * (1.5 + number(i)),
@@ -138,11 +154,11 @@ fn input(size: usize, numbers: &[f64], bristles: &[Bristles], general: bool) -> 
         _ => 0.0,
     };
     let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
-    let contact = |(i, bristles): (usize, &Bristles)| ContactInput {
+    let contact = |(i, state): (usize, &ContactState)| ContactInput {
         tangential: Some(Direction::Dof(2 * i)),
         normal_force: 1.0 + 5.0 * number(i + 2).abs(),
         slider_speed: SPEED,
-        bristles: Some(*bristles),
+        state: Some(state.clone()),
         ..Default::default()
     };
     SceneInput {
@@ -153,7 +169,7 @@ fn input(size: usize, numbers: &[f64], bristles: &[Bristles], general: bool) -> 
         },
         stiffness,
         force: (0..size).map(number).collect(),
-        contacts: bristles.iter().enumerate().map(contact).collect(),
+        contacts: states.iter().enumerate().map(contact).collect(),
         ..Default::default()
     }
 }
@@ -170,9 +186,95 @@ fn bristles() -> impl Strategy<Value = Bristles> {
             kinetic,
             at_rest: if falls && hysteresis.is_none() { at_rest } else { kinetic },
             speed,
-            hysteresis: hysteresis.map(|(exponent, share)| Hysteresis { exponent, share }),
+            hysteresis: hysteresis.map(|(exponent, share)| Hysteresis::BoucWen { exponent, share }),
         },
     )
+}
+
+/// LuGre's law by formulas; rate and state with the time of contact, whose logarithm of the slip speed needs slip; and a state
+/// that follows the slip speed late.
+fn formulas() -> impl Strategy<Value = StateFormulas> {
+    let numbers = (0.1..1.0f64, 0.1..1.0f64, 0.02..1.0f64, 0.0..1.0f64, 1.0..4.0f64);
+    (0..3usize, numbers).prop_map(|(kind, (first, second, scale, part, power))| {
+        let large = 10f64.powf(power);
+        // Operations of slots before; slot 0 is |s|, 1 is z, and 2 the sign of s.
+        let operations = |given: &[(&str, usize, usize, f64)]| -> Vec<GivenOperation> {
+            let shared = [("state", 0, 0, 0.0), ("direction", 0, 0, 0.0)];
+            let all = shared.iter().chain(given);
+            all.map(|&(name, a, b, number)| (name.to_owned(), a, b, number)).collect()
+        };
+        let [force, rate] = match kind {
+            0 => {
+                let rate = [
+                    ("multiply", 2, 0, 0.0),
+                    ("constant", 0, 0, -1.0 / (scale * scale)),
+                    ("multiply", 0, 0, 0.0),
+                    ("multiply", 4, 5, 0.0),
+                    ("exp", 6, 0, 0.0),
+                    ("constant", 0, 0, (second - first) / large),
+                    ("multiply", 7, 8, 0.0),
+                    ("constant", 0, 0, first / large),
+                    ("add", 9, 10, 0.0),
+                    ("multiply", 0, 1, 0.0),
+                    ("divide", 12, 11, 0.0),
+                    ("subtract", 3, 13, 0.0),
+                ];
+                let force = [
+                    ("constant", 0, 0, part / large.sqrt()),
+                    ("multiply", 14, 15, 0.0),
+                    ("constant", 0, 0, large),
+                    ("multiply", 1, 17, 0.0),
+                    ("add", 16, 18, 0.0),
+                ];
+                let force: Vec<_> = rate.into_iter().chain(force).collect();
+                [operations(&force), operations(&rate)]
+            }
+            1 => [
+                operations(&[
+                    ("log", 0, 0, 0.0),
+                    ("constant", 0, 0, 0.02 * first),
+                    ("multiply", 3, 4, 0.0),
+                    ("log", 1, 0, 0.0),
+                    ("constant", 0, 0, 0.02 * second),
+                    ("multiply", 6, 7, 0.0),
+                    ("constant", 0, 0, 0.5),
+                    ("add", 9, 8, 0.0),
+                    ("add", 10, 5, 0.0),
+                    ("multiply", 11, 2, 0.0),
+                ]),
+                operations(&[
+                    ("constant", 0, 0, 1.0),
+                    ("multiply", 0, 1, 0.0),
+                    ("constant", 0, 0, scale),
+                    ("divide", 4, 5, 0.0),
+                    ("subtract", 3, 6, 0.0),
+                ]),
+            ],
+            _ => [
+                operations(&[
+                    ("tanh", 1, 0, 0.0),
+                    ("constant", 0, 0, first),
+                    ("multiply", 3, 4, 0.0),
+                ]),
+                operations(&[
+                    ("multiply", 2, 0, 0.0),
+                    ("constant", 0, 0, scale),
+                    ("divide", 3, 4, 0.0),
+                    ("subtract", 5, 1, 0.0),
+                    ("constant", 0, 0, large / 100.0),
+                    ("multiply", 6, 7, 0.0),
+                ]),
+            ],
+        };
+        StateFormulas::new(&force, &rate).expect("operations")
+    })
+}
+
+fn states() -> impl Strategy<Value = ContactState> {
+    prop_oneof![
+        bristles().prop_map(ContactState::Bristles),
+        formulas().prop_map(|formulas| ContactState::Formulas(Arc::new(formulas))),
+    ]
 }
 
 static MET: AtomicUsize = AtomicUsize::new(0);
@@ -180,7 +282,7 @@ static COMPARED: AtomicUsize = AtomicUsize::new(0);
 
 /// `make fuzz-panels N=4000` draws more than 10 000 of them.
 #[test]
-fn bounds_beside_bristles_are_never_below_true_errors() {
+fn bounds_beside_states_are_never_below_true_errors() {
     panels_within_their_bounds();
     let panels = MET.load(Ordering::Relaxed);
     let compared = COMPARED.load(Ordering::Relaxed);
@@ -193,12 +295,12 @@ proptest! {
         numbers in proptest::collection::vec(-1.0..1.0f64, 11),
         start in proptest::collection::vec(-1.0..1.0f64, 7),
         size in 3..14usize,
-        bristles in proptest::collection::vec(bristles(), 1..=2),
+        states in proptest::collection::vec(states(), 1..=2),
         general in any::<bool>(),
         places in proptest::collection::vec(0.0..1.0f64, 3),
     ) {
-        let count = bristles.len();
-        let input = input(size, &numbers, &bristles, general);
+        let count = states.len();
+        let input = input(size, &numbers, &states, general);
         let scene = Scene::new(input.clone()).expect("well-posed");
         let combination = Combination::parse(&"+".repeat(count), count).expect("letters");
         let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
@@ -208,9 +310,13 @@ proptest! {
         for i in 0..size {
             (q[i], u[i]) = (0.02 * start[i % 7], 0.4 * start[(i + 3) % 7]);
         }
-        for (k, (_, own)) in scene.bristle_contacts().enumerate() {
-            let steady = own.steady_spring_force(-SPEED);
-            u[own.coordinate] = own.rate_of(start[k] * steady);
+        for (k, (_, own)) in scene.state_contacts().enumerate() {
+            // The time of contact is positive.
+            let part = match own.law {
+                ContactState::Bristles(_) => start[k],
+                ContactState::Formulas(_) => 1.0 + 0.5 * start[k],
+            };
+            u[own.coordinate] = part * own.steady_rate(-SPEED);
         }
         let mut motion = LawMotion::default();
         motion.restart(&scene, operator, functions, &q, &u);
@@ -224,17 +330,20 @@ proptest! {
                 break;
             }
             let doubled = |x: &[f64]| x[..size].iter().map(|&x| Doubled::from(x)).collect();
-            let deflection = |own: &BristleContact| {
+            let deflection = |own: &StateContact| {
                 Doubled::from(u[own.coordinate]).over(own.scale.into())
             };
-            let bent = scene.bristle_contacts().map(|(_, own)| deflection(own)).collect();
+            let bent = scene.state_contacts().map(|(_, own)| deflection(own)).collect();
             let begun: State = [doubled(&q), doubled(&u), bent];
             for &place in places.iter().chain(&[1.0]) {
                 let mut state = begun.clone();
                 moved(&scene, &input, &mut state, place * panel.width);
                 let (mut q, mut u) = (q.clone(), u.clone());
                 motion.state(operator, place * panel.width, &mut q, &mut u);
-                for (k, one) in operator.contacts.iter().enumerate() {
+                for one in &operator.contacts {
+                    let (LawOf::Contact(k) | LawOf::Deflection(k)) = one.of else {
+                        panic!("no contact");
+                    };
                     let t = scene.contacts[k].tangential;
                     let slip = state[1][t].add((-SPEED).into());
                     let speed = slip.times(if one.has_sign() { -1.0 } else { 1.0 });
@@ -251,7 +360,7 @@ proptest! {
                         let error = expected.add((-found).into()).value().abs();
                         let rounding = ROUNDING * f64::EPSILON * functional.magnitude(&q, &u);
                         let bound = norm * motion.left_out + rounding;
-                        prop_assert!(error <= bound, "{error:e} above {bound:e} at {place} of {bristles:?}");
+                        prop_assert!(error <= bound, "{error:e} above {bound:e} at {place} of {states:?}");
                         prop_assert!(bound < 1e-9 * functional.magnitude(&q, &u).max(norm), "{bound:e}");
                         COMPARED.fetch_add(1, Ordering::Relaxed);
                     }

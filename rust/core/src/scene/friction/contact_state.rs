@@ -1,0 +1,378 @@
+//! Contacts with a state z of their own, under a given normal force N: bristles, or two formulas of a user,
+//!
+//! ```text
+//! T = -N force(s, z),   z' = rate(s, z),   s = t . x' - v
+//! ```
+//!
+//! z is the velocity of a hidden coordinate p, `p' = c z`, with a mass m, so that z is integrated, bounded and followed as every
+//! velocity is; the place of p means nothing. The factor c makes z as large as a velocity: where `f = N |d force / d z|` and
+//! `g = |d rate / d s|`, at rest or in steady slip, small motions of t and p feel each other alike with `c^2 = f / (m g)`. Bristles have `f = N sigma_0`,
+//! `g = 1`, and the kinetic energy of p is then what they store. A formula may jump as slip turns neither in force nor in rate;
+//! where it has a kink there, as `abs(s)` has, the phase ends, so that both are analytic within a phase.
+
+use std::sync::Arc;
+
+use crate::error::input::Error;
+use crate::numerics::bracket::Bracket;
+use crate::scene::friction::bristles::Bristles;
+use crate::scene::friction::formula::{Formula, GivenOperation};
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::status::Status;
+
+/// What the friction of a contact with a state follows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactState {
+    /// Bristles with their numbers.
+    Bristles(Bristles),
+    /// Force and rate as formulas.
+    Formulas(Arc<StateFormulas>),
+}
+
+/// The friction force per normal force over slip velocity and state, and the rate of the state, for slip in the positive and in
+/// the negative direction.
+#[derive(Debug, PartialEq)]
+pub struct StateFormulas {
+    force: [Arc<Formula>; 2],
+    rate: [Arc<Formula>; 2],
+}
+
+/// Powers of ten, up and down, between which the state of steady slip is sought.
+const DECADES: i32 = 30;
+/// Difference of the two directions, relative to the values, that is no jump where slip turns.
+const JOINED: f64 = 1e-12;
+/// Part of its values at the ends of a bracket that the rate may have at its root: a pole has none.
+const VANISHES: f64 = 1e-6;
+
+impl StateFormulas {
+    /// From the operations of both, as for [`FrictionLaw::formula`]; `state` is z, and `direction` the sign of s.
+    pub fn new(force: &[GivenOperation], rate: &[GivenOperation]) -> Result<Self, Error> {
+        let both = |given: &[GivenOperation]| -> Result<[Arc<Formula>; 2], Error> {
+            let of = |direction| Formula::in_direction(given, direction).map(Arc::new);
+            Ok([of(1.0)?, of(-1.0)?])
+        };
+        Ok(Self { force: both(force)?, rate: both(rate)? })
+    }
+
+    /// Force and rate in a status.
+    pub(crate) fn in_status(&self, status: Status) -> [&Arc<Formula>; 2] {
+        self.along(-status.friction_sign())
+    }
+
+    /// The same for slip in a direction.
+    fn along(&self, slip: f64) -> [&Arc<Formula>; 2] {
+        let place = usize::from(slip < 0.0);
+        [&self.force[place], &self.rate[place]]
+    }
+
+    /// Force and rate at a slip velocity and a state, each with its slopes over s and z.
+    fn at(&self, slip: f64, state: f64) -> [(f64, [f64; 2]); 2] {
+        self.along(slip).map(|formula| {
+            let (value, [by_speed, by_state]) = formula.with_slopes(slip.abs(), state);
+            (value, [by_speed * 1.0_f64.copysign(slip), by_state])
+        })
+    }
+
+    /// The state of steady slip: the one at which the rate falls through zero. None where there is none, or more than one.
+    pub(crate) fn steady(&self, slip: f64) -> Option<f64> {
+        let rate = |state: f64| {
+            let (value, [_, slope]) = self.at(slip, state)[1];
+            (value, slope)
+        };
+        let above = (-DECADES..=DECADES).map(|power| 10.0_f64.powi(power));
+        let below = above.clone().rev().map(|state| -state);
+        let states: Vec<(f64, f64)> =
+            below.chain([0.0]).chain(above).map(|state| (state, rate(state).0)).collect();
+        let falls = states.windows(2).filter(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0);
+        let mut roots = falls.filter_map(|pair| {
+            let [(low, first), (high, second)] = [pair[0], pair[1]];
+            let root = Bracket { low, high }.root([first, second], 0.0, rate);
+            (rate(root).0.abs() <= VANISHES * first.max(-second)).then_some(root)
+        });
+        let root = roots.next()?;
+        roots.next().is_none().then_some(root)
+    }
+
+    /// Refuses formulas that jump as slip turns, and a slider speed at which there is no steady slip.
+    fn validate(&self, contact: usize, slider_speed: f64) -> Result<(), Error> {
+        let refused = |reason: String| Err(Error::StateFormulas { contact, reason });
+        let steady = match slider_speed {
+            0.0 => 0.0,
+            speed => match self.steady(-speed) {
+                Some(state) => state,
+                None => {
+                    return refused(format!(
+                        "the rate must fall through zero at one state z at the slip velocity {:e} m/s",
+                        -speed
+                    ));
+                }
+            },
+        };
+        for state in [0.0, steady, -steady] {
+            for (name, [forth, back]) in [("force", &self.force), ("rate", &self.rate)] {
+                let [forth, back] = [forth, back].map(|formula| formula.with_slopes(0.0, state).0);
+                if (forth - back).abs() > JOINED * (forth.abs() + back.abs()) {
+                    return refused(format!(
+                        "the {name} must not jump as slip turns, got {forth:e} and {back:e} at z = {state:e}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl ContactState {
+    pub(crate) fn validate(&self, contact: usize, slider_speed: f64) -> Result<(), Error> {
+        match self {
+            Self::Bristles(numbers) => numbers.validate(contact),
+            Self::Formulas(formulas) => formulas.validate(contact, slider_speed),
+        }
+    }
+
+    /// What stands for a law of the slip speed: `sigma_0 h`, or the force.
+    pub(crate) fn law(&self) -> Result<FrictionLaw, Error> {
+        match self {
+            Self::Bristles(numbers) => numbers.law(),
+            Self::Formulas(formulas) => Ok(FrictionLaw::Formula(formulas.force[0].clone())),
+        }
+    }
+
+    /// The state of steady slip at a slip velocity; NaN where there is none.
+    pub(crate) fn steady(&self, slip: f64) -> f64 {
+        match self {
+            Self::Bristles(numbers) => {
+                (numbers.of_steady_slip(slip) / numbers.stiffness).copysign(slip)
+            }
+            Self::Formulas(formulas) => formulas.steady(slip).unwrap_or(f64::NAN),
+        }
+    }
+
+    /// c, beside a mass that the contact feels along its slip.
+    pub(crate) fn scale(&self, normal_force: f64, felt: f64, slider_speed: f64) -> f64 {
+        let formulas = match self {
+            Self::Bristles(numbers) => return (normal_force * numbers.stiffness / felt).sqrt(),
+            Self::Formulas(formulas) => formulas,
+        };
+        let of = |slip: f64, state: f64| {
+            let [(_, [_, by_state]), (_, [by_slip, _])] = formulas.at(slip, state);
+            (normal_force / felt * (by_state / by_slip).abs()).sqrt()
+        };
+        // Slip bends what holds it most at rest; in steady slip a state may not depend on the speed.
+        let candidates = [of(0.0, 0.0), of(-slider_speed, self.steady(-slider_speed))];
+        let usable = |scale: &f64| *scale > 0.0 && scale.is_finite();
+        candidates.into_iter().find(usable).unwrap_or(1.0)
+    }
+}
+
+/// The state of one contact of a scene, in contact coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StateContact {
+    pub law: ContactState,
+    pub normal_force: f64,
+    /// p
+    pub coordinate: usize,
+    /// m
+    pub mass: f64,
+    /// c
+    pub scale: f64,
+    /// t
+    pub tangential: usize,
+}
+
+/// What a contact with a state does in a state of its scene.
+pub(crate) struct InState {
+    /// T, N, and the rate of the energy that bristles store, W.
+    pub friction: f64,
+    pub stored: f64,
+    /// What is linear in the velocities, as (row, column, entry of C), and what is constant, as (row, force).
+    pub damping: Vec<(usize, usize, f64)>,
+    pub force: Vec<(usize, f64)>,
+}
+
+impl StateContact {
+    /// The velocity that is z, with its weight.
+    pub fn as_velocity(&self) -> (usize, f64) {
+        (self.coordinate, 1.0 / self.scale)
+    }
+
+    pub fn state_in(&self, u: &[f64]) -> f64 {
+        u[self.coordinate] / self.scale
+    }
+
+    /// Whether small motions about steady slip are known by a law of the slip speed or of the deflection alone.
+    pub fn has_plain_bristles(&self) -> bool {
+        matches!(&self.law, ContactState::Bristles(numbers) if numbers.hysteresis.is_none())
+    }
+
+    /// The number of forces that its law gives.
+    pub const fn forces(&self) -> usize {
+        match self.law {
+            ContactState::Bristles(_) => 1,
+            ContactState::Formulas(_) => 2,
+        }
+    }
+
+    /// The forces over contact coordinates per unit of what the law gives: of bristles both of y, else of force and of rate.
+    pub fn directions(&self) -> [(usize, f64); 2] {
+        let [along, hidden] = match &self.law {
+            ContactState::Bristles(Bristles { stiffness, damping, .. }) => {
+                [damping * self.normal_force, -self.normal_force * stiffness / self.scale]
+            }
+            ContactState::Formulas(_) => [-self.normal_force, self.mass * self.scale],
+        };
+        [(self.tangential, along), (self.coordinate, hidden)]
+    }
+
+    /// What the friction force of a state of the scene stands for: that of the springs of the bristles, `-N sigma_0 z`, or
+    /// `-N z`.
+    pub fn spring_force(&self, u: &[f64]) -> f64 {
+        -self.spring() * self.state_in(u)
+    }
+
+    fn spring(&self) -> f64 {
+        match &self.law {
+            ContactState::Bristles(numbers) => self.normal_force * numbers.stiffness,
+            ContactState::Formulas(_) => self.normal_force,
+        }
+    }
+
+    /// p' where this force is given.
+    pub fn rate_of(&self, spring_force: f64) -> f64 {
+        -spring_force * self.scale / self.spring()
+    }
+
+    /// p' of steady slip.
+    pub fn steady_rate(&self, slip: f64) -> f64 {
+        self.law.steady(slip) * self.scale
+    }
+
+    /// z less what it is in steady sliding with a status.
+    pub fn deviation(&self, status: Status, slider_speed: f64, u: &[f64]) -> f64 {
+        self.state_in(u) + status.friction_sign() * self.law.steady(slider_speed.abs())
+    }
+
+    /// The force per unit of y in small motions, in which the deflection itself is the displacement of its coordinate.
+    pub fn directions_in_small_motions(&self) -> [(usize, f64); 2] {
+        let [along, (hidden, force)] = self.directions();
+        [along, (hidden, force * self.scale)]
+    }
+
+    /// The coefficient of friction of steady slip, `g + sigma_2 |s|` or the force.
+    pub fn steady_friction(&self, slip: f64) -> f64 {
+        match &self.law {
+            ContactState::Bristles(numbers) => {
+                numbers.of_steady_slip(slip) + numbers.viscous * slip.abs()
+            }
+            ContactState::Formulas(formulas) => {
+                let state = if slip == 0.0 { 0.0 } else { self.law.steady(slip) };
+                formulas.at(slip, state)[0].0 * 1.0_f64.copysign(slip)
+            }
+        }
+    }
+
+    pub fn in_state(&self, law: &FrictionLaw, slider_speed: f64, u: &[f64]) -> InState {
+        let slip = u[self.tangential] - slider_speed;
+        let z = self.state_in(u);
+        match &self.law {
+            ContactState::Bristles(numbers) => {
+                self.of_bristles(numbers, law, slider_speed, slip, z)
+            }
+            ContactState::Formulas(formulas) => {
+                let [force, rate] = formulas.at(slip, z).map(|of| of.0);
+                let [(t, along), (p, hidden)] = self.directions();
+                InState {
+                    friction: along * force,
+                    stored: 0.0,
+                    damping: Vec::new(),
+                    force: vec![(t, along * force), (p, hidden * rate)],
+                }
+            }
+        }
+    }
+
+    /// y is `factor u_k + constant` in one state.
+    fn of_bristles(
+        &self,
+        numbers: &Bristles,
+        law: &FrictionLaw,
+        slider_speed: f64,
+        slip: f64,
+        z: f64,
+    ) -> InState {
+        let &Bristles { stiffness, damping, viscous, hysteresis, .. } = numbers;
+        let (k, factor, constant, y) = match hysteresis {
+            None => {
+                let factor = law.value(slip.abs());
+                (self.coordinate, factor / self.scale, 0.0, factor * z)
+            }
+            Some(hysteresis) => {
+                let status = if slip > 0.0 { Status::Negative } else { Status::Positive };
+                let law = numbers.loop_in(status, hysteresis);
+                let factor = -status.friction_sign() * law.value(z);
+                (self.tangential, factor, -factor * slider_speed, factor * slip)
+            }
+        };
+        let rate = slip - y;
+        let along = stiffness * z + damping * rate + viscous * slip;
+        let directions = self.directions();
+        InState {
+            friction: -self.normal_force * along,
+            stored: self.normal_force * stiffness * z * rate,
+            damping: directions.map(|(row, weight)| (row, k, -weight * factor)).to_vec(),
+            force: directions.map(|(row, weight)| (row, weight * constant)).to_vec(),
+        }
+    }
+
+    /// The linear terms that bristles add to C, as (row, column, entry).
+    pub fn linear_terms(&self) -> Vec<(usize, usize, f64)> {
+        let ContactState::Bristles(Bristles { stiffness, damping, viscous, .. }) = self.law else {
+            return Vec::new();
+        };
+        let (t, p) = (self.tangential, self.coordinate);
+        let coupling = self.normal_force * stiffness / self.scale;
+        vec![(t, t, self.normal_force * (damping + viscous)), (t, p, coupling), (p, t, -coupling)]
+    }
+
+    /// What small motions about steady slip add to C and to K, as (row, column, entry), where the state itself is the displacement
+    /// of its coordinate, which has no mass then. With the perturbations s and z, and `y = a z + b s` of bristles,
+    ///
+    /// ```text
+    /// row t:   N (sigma_0 z + sigma_1 z' + sigma_2 s)      N (force_s s + force_z z)
+    /// row p:   N sigma_0 (z' - s + a z + b s)              N (z' - rate_s s - rate_z z)
+    /// ```
+    ///
+    /// `a = sigma_0 h, b = g h'` or, as f(z) is sgn s there, `a = n sigma_0 |s| / kinetic, b = 1`.
+    pub fn tangents(&self, law: &FrictionLaw, slip: f64) -> [Vec<(usize, usize, f64)>; 2] {
+        let (t, p) = (self.tangential, self.coordinate);
+        let pressed = self.normal_force;
+        let numbers = match &self.law {
+            ContactState::Bristles(numbers) => numbers,
+            ContactState::Formulas(formulas) => {
+                let state = if slip == 0.0 { 0.0 } else { self.law.steady(slip) };
+                let [force, rate] = formulas.at(slip, state).map(|of| of.1);
+                return [
+                    vec![(t, t, pressed * force[0]), (p, p, pressed), (p, t, -pressed * rate[0])],
+                    vec![(t, p, pressed * force[1]), (p, p, -pressed * rate[1])],
+                ];
+            }
+        };
+        let Bristles { stiffness, damping, viscous, kinetic, hysteresis, .. } = *numbers;
+        let (force, speed) = (pressed * stiffness, slip.abs());
+        let [a, b] = match hysteresis {
+            None => {
+                let deflection = numbers.of_steady_slip(speed) / stiffness;
+                [law.value(speed), deflection * law.slope(speed)]
+            }
+            Some(shape) => [shape.exponent() * stiffness * speed / kinetic, 1.0],
+        };
+        // A slider at rest bends no bristles.
+        let b = if speed == 0.0 { 0.0 } else { b };
+        let rates = vec![
+            (t, t, pressed * viscous),
+            (t, p, pressed * damping),
+            (p, p, force),
+            (p, t, force * (b - 1.0)),
+        ];
+        [rates, vec![(t, p, force), (p, p, force * a)]]
+    }
+}
