@@ -51,8 +51,7 @@ impl LawMotion {
         })
     }
 
-    /// An element, or a contact with a state, whose law leaves a panel without a bound, where the state of the scene itself is within
-    /// the range of numbers.
+    /// An element or a contact with a state whose law leaves a panel without a bound, where the motion is within the range of numbers.
     pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
         let mut elements = operator.contacts.iter().zip(&self.contacts);
         let ends = |(one, sliding): (&LawContact, &Sliding)| {

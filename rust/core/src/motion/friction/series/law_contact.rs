@@ -92,17 +92,14 @@ impl LawContact {
 
     /// The value of a formula with a state, which no normal force multiplies; 0 of other laws.
     pub fn value_with_state(&self, q: &[f64], u: &[f64]) -> f64 {
-        let value =
-            |formula: &Formula| formula.with_slopes(self.speed(q, u), self.normal.value(q, u)).0;
-        self.with_state().map_or(0.0, value)
+        let [speed, state] = [self.speed(q, u), self.normal.value(q, u)];
+        self.with_state().map_or(0.0, |formula| formula.with_slopes(speed, state).0)
     }
 
     /// `mu(|s|) - mu(0)`; 0 of a formula with a state.
     pub fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
-        if self.of_state {
-            return 0.0;
-        }
-        self.law.value(self.speed(q, u)) - self.law.value(0.0)
+        let excess = || self.law.value(self.speed(q, u)) - self.law.value(0.0);
+        if self.of_state { 0.0 } else { excess() }
     }
 
     /// Adds what a force of its law is to a residual.
