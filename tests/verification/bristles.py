@@ -1,11 +1,8 @@
-"""Contacts with a state: LuGre's usual numbers, Dahl's loop, and rock that slips at its critical stiffness.
+"""Contacts with a state: LuGre's usual numbers, and Dahl's loop.
 
 Under Dahl's law ``dF/dx = stiffness (1 - F sgn(x') / kinetic)``, so that F is a function of the place between
 turns. A loop between ``-X`` and ``X`` turns at ``kinetic tanh(stiffness X / kinetic)`` and encloses
 ``4 kinetic (X - kinetic / stiffness tanh(stiffness X / kinetic))``.
-
-Under rate and state a mass m on a spring that is pulled at v under a normal force N slides steadily down to
-the stiffness ``(b - a) N / L (1 + m v^2 / (N a L))``, where it oscillates at ``v / L sqrt((b - a) / a)``.
 """
 
 import numpy as np
@@ -98,37 +95,6 @@ def loop():
     ]
 
 
-def critical():
-    """Compare the stiffness at which steady slip of rock ends."""
-    a, b, length, speed, pressed = 0.01, 0.015, 1e-5, 1e-3, 1e6
-    law = ss.friction.RateState(reference=0.6, direct=a, evolution=b, length=length, speed=1e-6)
-
-    def rock(stiffness):
-        contact = ss.Contact(tangential=0, normal_force=pressed, friction=law, slider_speed=speed)
-        return ss.Scene([1.0], [[stiffness]], contacts=[contact])
-
-    (point,) = ss.critical_points(rock, {"stiffness": (4e8, 6e8)})
-    a, b, length, speed, pressed = map(decimal, (a, b, length, speed, pressed))
-    return [
-        Quantity(
-            name="critical stiffness",
-            unit="N/m",
-            expected=(b - a) * pressed / length * (1 + speed**2 / (pressed * a * length)),
-            computed=point.value,
-            reference="500005000",
-            relative=1e-12,
-        ),
-        Quantity(
-            name="angular frequency there",
-            unit="1/s",
-            expected=speed / length * mp.sqrt((b - a) / a),
-            computed=2.0 * np.pi * point.frequency,
-            reference="70.7106781186547",
-            relative=1e-12,
-        ),
-    ]
-
-
 CASES = [
     Case(
         title="Bristles of LuGre",
@@ -154,16 +120,5 @@ CASES = [
         ),
         tolerance="1e-10, as the amplitude is met to 1e-15 m; the loss is a difference: 1e-9.",
         quantities=loop,
-    ),
-    Case(
-        title="Critical stiffness of rate and state",
-        source="Rice and Ruina, Journal of Applied Mechanics 50 (1983) 343; in closed form.",
-        model=(
-            "`T / N = 0.6 + 0.01 ln(s / v0) + 0.015 ln(v0 theta / L)`, regularised at rest, "
-            "`theta' = 1 - s theta / L` with `L = 1e-5 m`: a mass of 1 kg under a normal force of 1e6 N, "
-            "pulled at 1 mm/s. Steady slip ends with a Hopf point at `(b - a) N / L (1 + m v^2 / (N a L))`."
-        ),
-        tolerance="1e-12.",
-        quantities=critical,
     ),
 ]
