@@ -101,5 +101,5 @@ ss.save(figure, "fault.png", dpi=120)
 # ## What it means
 #
 # Above the critical stiffness a disturbance fades. Below it slip comes in cycles, and the softer the rock,
-# the longer they are and the faster its slip. Nothing sticks on the way: between events slip goes on slowly, and
-# its rate, `a N / (m s)`, sets the number of panels.
+# the longer they are and the faster its slip. Nothing sticks on the way: between events slip goes on slowly,
+# and its rate, `a N / (m s)`, sets the number of panels.

@@ -8,6 +8,8 @@ With mass, steady slip at v under a normal force N ends at the stiffness
 ``(b - a) N / L (1 + m v^2 / (N a L))``, where it oscillates at ``v / L sqrt((b - a) / a)``.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 import stickslip as ss
@@ -65,10 +67,7 @@ def slider():
     for law, (_, _, _, masses, printed) in LAWS.items():
         runs = [slid(law, mass) for mass in masses]
         for order in range(1, len(masses)):
-            runs = [
-                (2.0**order * fine - coarse) / (2.0**order - 1.0)
-                for coarse, fine in zip(runs, runs[1:], strict=False)
-            ]
+            runs = [(2.0**order * fine - coarse) / (2.0**order - 1.0) for coarse, fine in pairwise(runs)]
         for time, computed, expected in zip(TIMES, runs[0], printed, strict=True):
             for name, unit, number, digits in zip(
                 ("mu", "theta", "v"), ("", "s", "m/s"), computed, expected, strict=True
