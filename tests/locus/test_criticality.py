@@ -60,6 +60,15 @@ SCENES = {
     "stop": pressed(BELT).replace(
         contacts=[*pressed(BELT).contacts, ss.Contact(normal={"x": 1.0}, gap=1.0)],
     ),
+    "bristles": oscillator(
+        ss.friction.LuGre(1.0, 0.5, 0.5, stiffness=50.0, damping=0.1, viscous=0.01), 1.0, damping=0.3
+    ),
+    "own state": oscillator(
+        ss.friction.StateLaw("(0.8 - 0.4 * exp(-z)) * tanh(s / 0.05)", "1 - abs(s) * z / 0.2"),
+        1.0,
+        damping=0.05,
+    ),
+    "rate and state": oscillator(ss.friction.RateState(0.3, 0.05, 0.08, 0.5, 1.0), 1.0, damping=0.01),
 }
 
 
@@ -92,6 +101,22 @@ def test_a_cycle_is_born_with_the_amplitude_of_the_coefficient(name):
     assert abs(off[1]) < 1e-3
     # What is left is of the next order, in the square of the amplitude.
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4])
+def test_stiff_bristles_have_the_coefficient_of_their_steady_slip(power):
+    def level(s):
+        return 0.5 + 0.5 * np.exp(-((s / 0.5) ** 2))
+
+    rigid = hopf_point(oscillator(ss.friction.Law(level), 1.0), 0.7, 2.0)
+    stiffness = 10.0**power
+    bent = hopf_point(oscillator(ss.friction.LuGre(1.0, 0.5, 0.5, stiffness), 1.0), 0.7, 2.0)
+    assert bent.criticality == rigid.criticality == "subcritical"
+    assert (bent.lyapunov / rigid.lyapunov - 1.0) * stiffness == pytest.approx(-0.2425, rel=0.04)
+    # In a user's words the derivatives are those of formulas, not of products.
+    words = ("k * z", "s - k * abs(s) * z / (0.5 + 0.5 * exp(-(s / 0.5)**2))")
+    own = hopf_point(oscillator(ss.friction.StateLaw(*words, k=stiffness), 1.0), 0.7, 2.0)
+    assert own.lyapunov == pytest.approx(bent.lyapunov, rel=1e-11)
 
 
 def test_constant_friction_is_linear_until_a_status_changes():

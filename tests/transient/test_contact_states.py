@@ -261,8 +261,7 @@ def test_a_hopf_point_is_where_the_equations_have_one():
     for point in hopf:
         values = eigenvalues(two_masses(point.value))
         assert np.abs(values.real).min() < 1e-5
-        # Nothing is said of the motions that begin there.
-        assert "critical" not in repr(point).split("hopf")[1]
+        assert point.criticality in ("subcritical", "supercritical")
 
 
 def test_stiff_bristles_come_to_friction_without_a_state():

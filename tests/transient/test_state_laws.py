@@ -233,6 +233,16 @@ def test_bristles_that_are_elastic_first_slip_at_last():
     assert z[-1] == pytest.approx(1.0, abs=1e-2)
 
 
+def test_nothing_is_said_of_motions_where_friction_is_not_smooth():
+    """Steady slip of such bristles lies where two pieces of their law meet."""
+    law = ss.friction.ElastoPlastic(kinetic=0.4, stiffness=1e3)
+    points = ss.critical_points(
+        lambda damping: dragged(law).replace(damping=[[damping]]), {"damping": (-0.1, 0.1)}
+    )
+    assert [point.kind for point in points] == ["hopf"]
+    assert points[0].criticality is None
+
+
 @pytest.mark.parametrize("break_away", [0.0, 1.0, -0.2])
 def test_a_break_away_is_a_part(break_away):
     with pytest.raises(ss.InputError, match="contact 0: friction: break_away: must be between 0 and 1"):

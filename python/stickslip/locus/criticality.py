@@ -18,6 +18,13 @@ The terms of higher order are those of ``T = sigma mu(|s|) (N_0 + N)``, sigma = 
 b = -mu' w N + sigma mu'' N_0 w^2 / 2 + sigma mu'' w^2 N / 2 - mu''' N_0 w^3 / 6
 ```
 
+A contact with a state, ``T = -N_0 f(s, z)`` and ``dz = g(s, z)``, has the change of z as one more unknown:
+
+```text
+T_i + N_0 (f_s w_i + f_z z_i) = -N_0 (f_ss w^2 / 2 + f_sz w z + f_zz z^2 / 2 + ...)
+(d - g_z) z_i - g_s w_i       = g_ss w^2 / 2 + g_sz w z + g_zz z^2 / 2 + ...
+```
+
 At a Hopf point the matrix A(d) of the left sides has null vectors, ``A(i w) p = 0`` and ``q* A(i w) = 0``,
 scaled to ``q* A'(i w) p = 1``. The amplitude z of p obeys ``z' = i w z + g z |z|^2 / 2`` to third order, with
 the bilinear form B and the trilinear form C of b:
@@ -47,8 +54,8 @@ from stickslip.scene.scene import Scene
 from stickslip.scene.structure import directions, tangent
 
 Criticality: TypeAlias = Literal["supercritical", "subcritical", "linear until a status changes"]
-#: Phasors of w and N, (c,) each, and of u, (e,).
-_Phasors = tuple[Complex, Complex, Complex]
+#: Phasors of w and N, (c,) each, of u, (e,), and of z, (c,).
+_Phasors = tuple[Complex, Complex, Complex, Complex]
 
 #: Null vectors are those of an inverse this far off the eigenvalue, relative; their error is its square.
 _SHIFT = 1e-9
@@ -61,11 +68,12 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
     """Return how motions grow from a Hopf point, and l_1 of a mode whose largest displacement is 1 m, 1/m^2.
 
     None where a contact sticks, so that steady sliding is no rest, where the stiffness of the combination is
-    singular, or where a contact has a state, whose nonlinear terms are others.
+    singular, or where friction is not smooth at steady sliding, as that of elasto-plastic bristles.
     """
     if not (scene.core.has_friction_laws or scene.elements):
         return "linear until a status changes", 0.0
-    if "s" in combination or any(isinstance(one.friction, LawWithState) for one in scene.contacts):
+    states = [k for k, one in enumerate(scene.contacts) if isinstance(one.friction, LawWithState)]
+    if "s" in combination or any(scene.core.state_derivatives(k) is None for k in states):
         return None
     try:
         return _Sliding(scene, combination).growth(1j * abs(eigenvalue.imag))
@@ -76,7 +84,7 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
 
 @dataclass(frozen=True, eq=False)
 class _Sliding:
-    """Motions near steady sliding in one combination, as vectors (x, T, N)."""
+    """Motions near steady sliding in one combination, as vectors (x, T, N, z)."""
 
     scene: Scene
     combination: str
@@ -92,7 +100,23 @@ class _Sliding:
     def friction(self) -> Real:
         """Mu and its derivatives, (4, c)."""
         found = [self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]
-        return np.array(found).reshape(-1, 4).T
+        mu = np.array(found).reshape(-1, 4).T
+        # Nothing presses a contact with a state more or less.
+        slope = np.where(self.has_state, self.states[0, 1], mu[1])
+        return np.stack([mu[0], slope, *np.where(self.has_state, 0.0, mu[2:])])
+
+    @cached_property
+    def has_state(self) -> Any:
+        """Whether a contact has a state, by contact."""
+        return np.array([isinstance(one.friction, LawWithState) for one in self.scene.contacts], dtype=bool)
+
+    @cached_property
+    def states(self) -> Real:
+        """F and g with their derivatives by s, z, ss, sz, zz, sss, ssz, szz, zzz, (2, 10, c)."""
+        none = np.zeros((2, 10))
+        pairs = enumerate(self.has_state)
+        found = [self.scene.core.state_derivatives(k) if has_state else none for k, has_state in pairs]
+        return np.array(found, dtype=float).reshape(-1, 2, 10).transpose(1, 2, 0)
 
     @cached_property
     def closed(self) -> Real:
@@ -137,9 +161,10 @@ class _Sliding:
         given = np.array([contact.normal_force or 0.0 for contact in contacts])
         gaps = np.array([contact.gap for contact in contacts])
         force = self.scene.force + self.tangent[2]
-        load = np.concatenate([force, 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)])
-        at_rest = _inverse(self.matrix(0.0, 0.0 * gaps)).solve(load.astype(complex))
-        return np.array(at_rest[-gaps.size :].real)
+        none, closing = 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)
+        load = np.concatenate([force, none, closing, none])
+        at_rest = _inverse(self.matrix(0.0, none)).solve(load.astype(complex))
+        return np.array(at_rest[force.size + gaps.size :][: gaps.size].real)
 
     def matrix(self, rate: complex, normal_force: Real) -> Any:
         """Return A(rate)."""
@@ -147,15 +172,20 @@ class _Sliding:
         node, spring = self.compliance
         one = np.ones_like(self.signs)
         slope = np.abs(self.signs) * self.friction[1] * normal_force * rate
+        (_, _, by_state, *_), (_, bends, recovers, *_) = self.states
+        own = np.where(self.has_state, rate - recovers, one)
+        pressing = np.where(self.closed > 0.0, spring, one)
         return _block(
             [
-                [rate * (rate * mass + damping) + stiffness, -along.T, -across.T],
+                [rate * (rate * mass + damping) + stiffness, -along.T, -across.T, None],
                 [
                     _diagonal(slope) @ along,
                     _diagonal(one + slope * node),
                     -_diagonal(self.signs * self.friction[0]),
+                    _diagonal(normal_force * by_state),
                 ],
-                [_diagonal(self.closed) @ across, None, _diagonal(np.where(self.closed > 0.0, spring, one))],
+                [_diagonal(self.closed) @ across, None, _diagonal(pressing), None],
+                [_diagonal(-rate * bends) @ along, None, None, _diagonal(own)],
             ]
         )
 
@@ -165,11 +195,13 @@ class _Sliding:
         slope = np.abs(self.signs) * self.friction[1] * self.normal_force
         zero = _diagonal(0.0 * slope)
         node, _ = self.compliance
+        bends = self.states[1, 1]
         return _block(
             [
-                [2.0 * rate * mass + damping, None, None],
-                [_diagonal(slope) @ along, _diagonal(slope * node), None],
-                [None, None, zero],
+                [2.0 * rate * mass + damping, None, None, None],
+                [_diagonal(slope) @ along, _diagonal(slope * node), None, None],
+                [None, None, zero, None],
+                [_diagonal(-bends) @ along, None, None, _diagonal(self.has_state.astype(float))],
             ]
         )
 
@@ -185,13 +217,14 @@ class _Sliding:
         return right, left / np.conj(left.conj() @ (slope @ right))
 
     def phasors(self, vector: Complex, rate: complex) -> _Phasors:
-        """Return those of w, zero where a contact does not slide, of N, and of u."""
+        """Return those of w, zero where a contact does not slide, of N, of u and of z."""
         size, count = self.scene.size, self.signs.size
         along, (node, _) = self.matrices[3], self.compliance
         slip = along @ vector[:size] + node * vector[size : size + count]
         directions, _, dampers = self.elements
         arguments = np.where(dampers, rate, 1.0) * (directions @ vector[:size])
-        return rate * slip * np.abs(self.signs), vector[size + count :], arguments
+        normal, state = vector[size + count : size + 2 * count], vector[size + 2 * count :]
+        return rate * slip * np.abs(self.signs), normal, arguments, state
 
     def bilinear(self, first: _Phasors, second: _Phasors) -> Complex:
         """Return B by row of A."""
@@ -199,21 +232,30 @@ class _Sliding:
         mixed = first[0] * second[1] + second[0] * first[1]
         square = self.signs * curvature * self.normal_force * first[0] * second[0]
         _, (bent, _), _ = self.elements
-        return self.rows(-bent * first[2] * second[2], square - slope * mixed)
+        (w, z), (v, y) = (first[0], first[3]), (second[0], second[3])
+        _, _, _, ss, sz, zz, *_ = self.states.transpose(1, 0, 2)
+        of_states = ss * w * v + sz * (w * y + z * v) + zz * z * y
+        return self.rows(-bent * first[2] * second[2], square - slope * mixed, of_states)
 
-    def rows(self, of_elements: Complex, of_contacts: Complex) -> Complex:
-        """Return forces of elements along their directions, and b of the contacts, as a right side of A."""
+    def rows(self, of_elements: Complex, of_contacts: Complex, of_states: Complex) -> Complex:
+        """Return forces of elements, b of the contacts, and the terms of f and g, as a right side of A."""
         along = self.elements[0].T @ of_elements
-        return np.concatenate([along, of_contacts, np.zeros(self.signs.size)])
+        friction = of_contacts - self.normal_force * of_states[0]
+        return np.concatenate([along, friction, np.zeros(self.signs.size), of_states[1]])
 
     def trilinear(self, mode: _Phasors) -> Complex:
         """Return C(p, p, p*) by row of A."""
         _, _, curvature, third = self.friction
-        slip, normal, argument = mode
+        slip, normal, argument, state = mode
         mixed = 2.0 * np.abs(slip) ** 2 * normal + slip**2 * normal.conj()
         cubic = third * self.normal_force * slip * np.abs(slip) ** 2
         _, (_, bent), _ = self.elements
-        return self.rows(-bent * argument * np.abs(argument) ** 2, self.signs * curvature * mixed - cubic)
+        *_, sss, ssz, szz, zzz = self.states.transpose(1, 0, 2)
+        of_states = sss * slip * np.abs(slip) ** 2 + zzz * state * np.abs(state) ** 2
+        of_states = of_states + ssz * (slip**2 * state.conj() + 2.0 * np.abs(slip) ** 2 * state)
+        of_states = of_states + szz * (state**2 * slip.conj() + 2.0 * np.abs(state) ** 2 * slip)
+        of_elements = -bent * argument * np.abs(argument) ** 2
+        return self.rows(of_elements, self.signs * curvature * mixed - cubic, of_states)
 
     def answer(self, forces: Complex, rate: complex) -> _Phasors:
         """Return what a right side of A brings about."""
@@ -224,7 +266,7 @@ class _Sliding:
         """Return how motions grow, and l_1, at the eigenvalue `rate`."""
         right, left = self.null_vectors(rate)
         mode = self.phasors(right, rate)
-        conjugate = (mode[0].conj(), mode[1].conj(), mode[2].conj())
+        conjugate = (mode[0].conj(), mode[1].conj(), mode[2].conj(), mode[3].conj())
         mean = self.answer(self.bilinear(mode, conjugate), 0.0)
         double = self.answer(self.bilinear(mode, mode), 2.0 * rate)
         forces = self.trilinear(mode) + 2.0 * self.bilinear(mode, mean) + self.bilinear(conjugate, double)

@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3490),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 9728),
+    ("motion", 9820),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4250),

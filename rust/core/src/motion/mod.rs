@@ -16,5 +16,6 @@ pub(crate) mod taylor;
 mod true_errors;
 
 pub use friction::series::law_series::{elements_at_rest, law_derivatives};
+pub use friction::series::state_derivatives::state_derivatives;
 pub use method::Method;
 pub use propagators::Propagators;

@@ -366,6 +366,15 @@ impl Scene {
         }))
     }
 
+    /// Of a contact with a state: its friction per normal force and the rate of its state with their derivatives, in steady sliding.
+    fn state_derivatives(
+        &self,
+        py: Python<'_>,
+        contact: usize,
+    ) -> PyResult<Option<[[f64; 10]; 2]>> {
+        Ok(core::motion::state_derivatives(self.resting(py)?, contact))
+    }
+
     /// By row: the tangential and the normal direction of every contact.
     fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.input.directions();

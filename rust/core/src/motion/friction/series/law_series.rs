@@ -123,7 +123,7 @@ impl LawSeries {
     }
 
     /// The law along a slip speed that is a polynomial, and the left factors of all orders.
-    fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
+    pub(super) fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
         let (mut series, [mut lefts, mut rights]) = (Self::default(), [[0.0; COEFFICIENTS]; 2]);
         if let FrictionLaw::Tabulated(table) = law {
             series.piece = table.piece(slip[0]);

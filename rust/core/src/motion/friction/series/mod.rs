@@ -6,3 +6,4 @@ pub(crate) mod formula_series;
 pub(crate) mod law_contact;
 pub(crate) mod law_series;
 pub(crate) mod panel_bound;
+pub(crate) mod state_derivatives;
