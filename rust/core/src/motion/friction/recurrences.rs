@@ -188,7 +188,11 @@ impl LawMotion {
             self.recur(scene, operator);
             let laws = operator.contacts.iter().zip(&self.contacts);
             let part = laws.fold(1.0, |part: f64, (one, Sliding { series, normal, .. })| {
-                let of_slip = within(&series.slip, series.reach(&one.law));
+                let reach = series.reach(&one.law);
+                let of_slip = match series.range() <= WIDE * reach {
+                    true => 1.0,
+                    false => within(&series.slip, reach),
+                };
                 let of_state = match one.of_state {
                     true => within(normal, series.reach_of_state()),
                     false => 1.0,
@@ -227,12 +231,13 @@ impl Sliding {
             slip -= one.sign * slip_at_origin[0];
             of_normal += *at_origin;
         }
+        let (excess, [left, right]) = series.extend(&one.law, k, [slip, of_normal], middle[0]);
         normal[k] = of_normal;
-        if let Some(formula) = one.with_state() {
-            force[k] = series.extend_with_state(formula, k, [slip, of_normal]);
+        if one.of_state {
+            // No normal force multiplies it.
+            (force[k], series.excess[k]) = (excess, 0.0);
             return [[0.0; 2]; 2];
         }
-        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
         let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
         // The normal force of this order is known last.
         force[k] = if coupled { known } else { series.excess[0].mul_add(of_normal, known) };
@@ -263,11 +268,11 @@ impl Sliding {
             (one.law.speed_at(force[0] / normal[0]), 0.0)
         } else {
             let known = series.excess[0].mul_add(normal[k], middle[1]);
-            let (without, _) = series.extend(&one.law, k, 0.0, middle[0]);
+            let (without, _) = series.extend(&one.law, k, [0.0; 2], middle[0]);
             let slip = ((force[k] - known) / normal[0] - without) / series.slope(&one.law);
             (slip, middle[0])
         };
-        let (excess, [left, right]) = series.extend(&one.law, k, slip, of_lower);
+        let (excess, [left, right]) = series.extend(&one.law, k, [slip, 0.0], of_lower);
         let still = if k == 0 { flow.slider_speed } else { 0.0 };
         taylor.flow(flow.coordinate, k, still - one.sign * slip);
         [[left, excess], [right, normal[k]]]

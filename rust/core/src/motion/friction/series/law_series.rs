@@ -53,10 +53,16 @@ pub fn elements_at_rest(scene: &Scene, combination: &Combination) -> Result<Vec<
 }
 
 impl LawSeries {
-    /// The coefficients of order k, from that of S and the `middle` of the convolution of what it gave for the orders from 1 to
-    /// k - 1. Gives that of `mu(S) - mu(0)`, and the two factors of this order.
+    /// The coefficients of order k, from those of S and of the state and the `middle` of the convolution of what it gave for the
+    /// orders from 1 to k - 1. Gives that of `mu(S) - mu(0)`, or of a formula with a state, and the two factors of this order.
     #[inline(always)]
-    pub fn extend(&mut self, law: &FrictionLaw, k: usize, s: f64, middle: f64) -> (f64, [f64; 2]) {
+    pub fn extend(
+        &mut self,
+        law: &FrictionLaw,
+        k: usize,
+        [s, z]: [f64; 2],
+        middle: f64,
+    ) -> (f64, [f64; 2]) {
         let Self { slip, inner, excess, piece, formula: slots } = self;
         slip[k] = s;
         let (of_order, of_inner, left) = match law {
@@ -85,19 +91,13 @@ impl LawSeries {
                 return (excess[k], [last; 2]);
             }
             FrictionLaw::Formula(formula) => {
-                let value = slots.order(formula, k, s, 0.0);
-                (if k == 0 { value - law.value(0.0) } else { value }, 0.0, 0.0)
+                let value = slots.order(formula, k, s, z);
+                let at_rest = || if formula.has_state() { 0.0 } else { law.value(0.0) };
+                (if k == 0 { value - at_rest() } else { value }, 0.0, 0.0)
             }
         };
         (excess[k], inner[k]) = (of_order, of_inner);
         (of_order, [left, of_inner])
-    }
-
-    /// The coefficient of order k of the value of a formula with a state z, which no normal force multiplies.
-    #[inline(always)]
-    pub fn extend_with_state(&mut self, formula: &Formula, k: usize, [s, z]: [f64; 2]) -> f64 {
-        self.slip[k] = s;
-        self.formula.order(formula, k, s, z)
     }
 
     /// How far the state may move on a panel.
@@ -130,7 +130,7 @@ impl LawSeries {
         }
         for (k, s) in slip.iter().enumerate() {
             let middle = (1..k).map(|j| lefts[j] * rights[k - j]).sum();
-            (_, [lefts[k], rights[k]]) = series.extend(law, k, *s, middle);
+            (_, [lefts[k], rights[k]]) = series.extend(law, k, [*s, 0.0], middle);
         }
         (series, lefts)
     }

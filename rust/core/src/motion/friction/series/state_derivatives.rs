@@ -57,8 +57,9 @@ fn along(own: &StateContact, law: &FrictionLaw, s: [f64; 2], z: [f64; 2]) -> Opt
         ContactState::Bristles(numbers) => numbers,
         ContactState::Formulas(formulas) => {
             return Some(formulas.in_status(status).map(|formula| {
-                let mut series = LawSeries::default();
-                std::array::from_fn(|k| series.extend_with_state(formula, k, [speed[k], state[k]]))
+                let (law, mut series) =
+                    (FrictionLaw::Formula(formula.clone()), LawSeries::default());
+                std::array::from_fn(|k| series.extend(&law, k, [speed[k], state[k]], 0.0).0)
             }));
         }
     };
