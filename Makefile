@@ -114,6 +114,7 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
 	$(BIN)/python docs/sketches/draw.py
 	PYTHONPATH=tests/support $(BIN)/python -m pages docs/tutorial.md docs/pictures
+	PYTHONPATH=tests/support $(BIN)/python -m pages docs/friction.md docs/pictures
 	$(MAKE) pages
 
 pages: $(VENV)/.extra-docs ## Write the pages to docs/_build/html; warnings are errors
