@@ -135,6 +135,14 @@ def test_what_is_no_friction_is_refused(law, said):
         dragged(law)
 
 
+def test_a_start_without_steady_slip_needs_its_state():
+    law = ss.friction.StateLaw("0.1 * z", "0.5 - s - z * (1 - s)")
+    scene = dragged(law)
+    with pytest.raises(ss.InputError, match="no steady slip at the slip velocity 2e0 m/s of the start; give"):
+        ss.simulate(scene, 1.0, ss.State([0.0], [1.9], "-"))
+    assert ss.simulate(scene, 0.01, ss.State([0.0], [1.9], "-", friction_force=[-0.3])).duration == 0.01
+
+
 def test_a_formula_that_loses_its_meaning_ends_the_run():
     """The state falls to the place where its logarithm ends."""
     law = ss.friction.StateLaw("0.1 * log(z + 1)", "s - 0.5 - 0.2 * z * abs(s)")

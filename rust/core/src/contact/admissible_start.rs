@@ -181,7 +181,14 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
             let slip = u[law.tangential] - law.slider_speed;
             let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
             if slip.abs() > rounding {
-                u[own.coordinate] = own.steady_rate(slip);
+                let rate = own.steady_rate(slip);
+                if !rate.is_finite() {
+                    let reason = format!(
+                        "there is no steady slip at the slip velocity {slip:e} m/s of the start; give its friction_force"
+                    );
+                    return Err(Error::StateFormulas { contact: *contact, reason });
+                }
+                u[own.coordinate] = rate;
             }
         }
         for (contact, own) in scene.creeping(&state.combination) {
