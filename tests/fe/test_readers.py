@@ -137,6 +137,68 @@ def test_formats_without_names(made, tmp_path, kind):
     assert all(("nothing mirrored" not in note) == mirrored for note in body.notes)
 
 
+@pytest.mark.parametrize(("fields", "digits"), [("large", 10), ("free", 16), ("small", 3)])
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_matrices_that_nastran_punches(made, tmp_path, fields, digits, symmetric):
+    stiffness, mass, dofs = made
+    path = tmp_path / "pad.pch"
+    matrices = {"KAAX": stiffness, "MAAX": mass, "K4AAX": stiffness}
+    matrix_files.punch(path, matrices, dofs, fields, symmetric)
+    with pytest.warns(UserWarning, match="not read: K4AAX"):
+        body = ss.fe.read(path)
+    assert body.dofs == tuple(dofs)
+    equal(body.stiffness, stiffness, digits)
+    equal(body.mass, mass, digits)
+    assert any("nothing mirrored" in note for note in body.notes) != symmetric
+
+
+PUNCHED = "DMIG    KAAX           0       6       2       0\n"
+COLUMN = "DMIG*   KAAX                          12               1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (PUNCHED.replace("6       2", "6       4"), "line 1: expected a square or symmetric real matrix"),
+        (
+            PUNCHED.replace("6       2", "2       2"),
+            "line 1: expected a square or symmetric real .* form '2'",
+        ),
+        (PUNCHED + PUNCHED, "line 2: the matrix KAAX came before"),
+        (COLUMN, "line 1: no card before announces the matrix 'KAAX'"),
+        (
+            PUNCHED + COLUMN.replace("1\n", "7\n"),
+            "line 2: expected node and direction 0 to 6, got '12' and '7'",
+        ),
+        (
+            PUNCHED + COLUMN + "*                     12               1           seven\n",
+            "line 3: expected a number",
+        ),
+        (PUNCHED, "the matrix KAAX has no entries"),
+    ],
+)
+def test_damaged_cards_are_refused_with_their_line(tmp_path, text, told):
+    path = tmp_path / "pad.pch"
+    path.write_text(text)
+    with pytest.raises(ss.InputError, match=told):
+        ss.fe.read(stiffness=path, mass=path)
+
+
+def test_matrices_and_mapping_of_ansys(made, tmp_path):
+    stiffness, mass, dofs = made
+    for name, matrix in (("k", stiffness), ("m", mass)):
+        matrix_files.harwell_boeing(tmp_path / f"{name}.matrix", matrix, True)
+    matrix_files.mapping(tmp_path / "k.mapping", dofs)
+    files = {"stiffness": tmp_path / "k.matrix", "mass": tmp_path / "m.matrix"}
+    body = ss.fe.read(**files, dofs=tmp_path / "k.mapping")
+    assert body.dofs == tuple(dofs)
+    equal(body.stiffness, stiffness, 16)
+    text = (tmp_path / "k.mapping").read_text().replace("UX", "TEMP", 1)
+    (tmp_path / "k.mapping").write_text(text)
+    with pytest.raises(ss.InputError, match=r"k\.mapping, line 2: expected equation 1, a node and one of UX"):
+        ss.fe.read(**files, dofs=tmp_path / "k.mapping")
+
+
 def test_an_archive_holds_all(made, tmp_path):
     stiffness, mass, dofs = made
     np.savez(tmp_path / "a.npz", K=stiffness, M=mass, dofs=dofs)
@@ -229,7 +291,7 @@ HB = (
         ("a.rsa", HB.replace("RSA", "CSA"), "line 3: expected a real assembled matrix, RSA or RUA"),
         ("a.rsa", HB.replace("(3E12.4)", "(3E12.4"), "line 4: expected a format such as"),
         ("a.rsa", "title\n", "a head of four lines, got 1 lines"),
-        ("a.txt", STI, "expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz, .mat or .op4"),
+        ("a.txt", STI, "expected .sti, .mas, .mtx, .rsa, .rua, .hb, .matrix, .npz, .mat, .op4 or .pch"),
     ],
 )  # fmt: skip
 def test_hostile_files_are_refused_with_file_and_line(tmp_path, name, text, told):

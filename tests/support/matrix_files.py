@@ -58,3 +58,47 @@ def harwell_boeing(path, matrix, symmetric=True, each=4):
         f"{'(8I10)':16}{'(8I10)':16}{f'({each}E25.15)':20}{'':20}",
     ]
     path.write_text("\n".join([*head, *parts[0], *parts[1], *parts[2]]) + "\n")
+
+
+def punch(path, matrices, dofs, fields="large", symmetric=True):
+    """Write matrices by name as DMIG cards of Nastran, of symmetric ones the upper half."""
+    lines = ["$TITLE   = PAD", "DTI     SELOADS        0       0"]
+    for name, matrix in matrices.items():
+        form = 6 if symmetric else 1
+        lines.append(f"DMIG    {name:8s}{0:8d}{form:8d}{2:8d}{0:8d}{'':8s}{'':8s}{len(dofs):8d}")
+        for j, column in enumerate(dofs):
+            node, direction = column.split(".")
+            rows = [i for i in range(j + 1 if symmetric else len(dofs)) if matrix[i, j] != 0.0]
+            entries = [(*dofs[i].split("."), float(matrix[i, j])) for i in rows]
+            if not entries:
+                continue
+            if fields == "large":
+                lines.append(f"DMIG*   {name:16s}{node:>16s}{direction:>16s}")
+                lines += [
+                    f"*       {n:>16s}{c:>16s}{value:16.9E}".replace("E", "D") for n, c, value in entries
+                ]
+            elif fields == "free":
+                (n, c, value), *others = entries
+                lines.append(f"DMIG,{name},{node},{direction},,{n},{c},{value!r}")
+                lines += [f",{n},{c},{value!r}" for n, c, value in others]
+            else:
+                (n, c, value), *others = entries
+                small = f"DMIG    {name:8s}{node:>8s}{direction:>8s}{'':8s}{n:>8s}{c:>8s}"
+                lines.append(small + f"{short(value):>8s}")
+                lines += [f"        {n:>8s}{c:>8s}{short(value):>8s}" for n, c, value in others]
+    path.write_text("\n".join([*lines, "ENDDATA", ""]))
+
+
+def short(value):
+    """Return a number in eight letters, whose exponent has none."""
+    return f"{value:.2E}".replace("E", "")
+
+
+def mapping(path, dofs):
+    """Write the mapping file of Ansys."""
+    labels = dict(zip("123456", ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"), strict=True))
+    lines = ["   Matrix Eqn     Node      DOF"]
+    for k, dof in enumerate(dofs, 1):
+        node, direction = dof.split(".")
+        lines.append(f"{k:12d} {node:>12s} {labels[direction]:>6s}")
+    path.write_text("\n".join([*lines, ""]))

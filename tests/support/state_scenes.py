@@ -18,7 +18,7 @@ ACCURACY, NEGLIGIBLE = 1e-13, 1e-16
 #: Fewest steps of a phase.
 STEPS = 300
 #: Phases that it follows.
-FOLLOWED = 40
+FOLLOWED = 15
 
 
 def state_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:

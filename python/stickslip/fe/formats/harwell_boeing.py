@@ -1,5 +1,7 @@
 """Matrices in Harwell-Boeing files, real and assembled: symmetric (lower triangle) and unsymmetric.
 
+Ansys writes them by ``HBMAT``, with the dofs of its equations in a file of their own.
+
 I. S. Duff, R. G. Grimes, J. G. Lewis, Users' Guide for the Harwell-Boeing Sparse Matrix Collection, 1992.
 `scipy.io.hb_read` refuses symmetric ones.
 """
@@ -20,6 +22,33 @@ from stickslip.scene.checks import described
 
 #: A Fortran format of equal fields: (1P,5E16.8), (16I5), (4D20.12).
 FORMAT = re.compile(r"^\((?:\d*P,?)?(\d*)([IEDFG])(\d+)(?:\.\d+(?:E\d+)?)?\)$")
+
+
+#: Directions of the dofs of Ansys.
+LABELS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
+
+
+def read_mapping(path: Path) -> tuple[str, ...]:
+    """Return the names of the dofs of a mapping file of Ansys: a head, and lines ``equation node label``.
+
+    Raises
+    ------
+    InputError
+        If a line is another one, or an equation comes out of order.
+    """
+    found: list[str] = []
+    for number, line in enumerate(read_lines(path)[1:], 2):
+        if not (fields := line.split()):
+            continue
+        equation, *others = fields
+        node, label = others if len(others) == 2 else ("", "")
+        if equation != str(len(found) + 1) or not node.isdecimal() or label not in LABELS:
+            raise InputError(
+                f"{path}, line {number}: expected equation {len(found) + 1}, a node and one of"
+                f" {', '.join(LABELS)}, got {described(line.strip())}"
+            )
+        found.append(f"{node}.{LABELS[label]}")
+    return tuple(found)
 
 
 def read_harwell_boeing(path: Path) -> tuple[scipy.sparse.csr_array, str]:

@@ -1,4 +1,4 @@
-"""Bodies from files: CalculiX, Abaqus, Harwell-Boeing, Matrix Market, `.npz`, `.mat`, `.op4`."""
+"""Bodies from files: CalculiX, Abaqus, Nastran, Ansys, Harwell-Boeing, Matrix Market, `.npz`, `.mat`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from stickslip.fe.formats.entries import (
     table,
     whole,
 )
-from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
+from stickslip.fe.formats.harwell_boeing import read_harwell_boeing, read_mapping
+from stickslip.fe.formats.punch import read_punch
 from stickslip.scene.arrays.matrix_file import array_headers, read_array, readable
 from stickslip.scene.checks import described
 from stickslip.scene.contact import nearest
@@ -35,12 +36,14 @@ from stickslip.scene.laws.damping import Rayleigh
 CALCULIX = {".sti": "stiffness", ".mas": "mass"}
 ABAQUS = {"STIF": "stiffness", "MASS": "mass", "DMPV": "damping"}
 #: Files that hold several arrays by name.
-ARCHIVES = (".npz", ".mat", ".op4")
+ARCHIVES = (".npz", ".mat", ".op4", ".pch")
+#: Harwell-Boeing, also by the name that Ansys gives it.
+HARWELL_BOEING = (".rsa", ".rua", ".hb", ".matrix")
 #: Names of arrays in an archive; the last ones are those of Nastran.
 ARRAYS = {
-    "mass": ("mass", "M", "MAA", "MGG"),
-    "stiffness": ("stiffness", "K", "KAA", "KGG"),
-    "damping": ("damping", "C", "BAA", "BGG"),
+    "mass": ("mass", "M", "MAA", "MGG", "MAAX"),
+    "stiffness": ("stiffness", "K", "KAA", "KGG", "KAAX"),
+    "damping": ("damping", "C", "BAA", "BGG", "BAAX"),
     "gyroscopic": ("gyroscopic", "G"),
     "circulatory": ("circulatory", "H"),
 }
@@ -79,15 +82,17 @@ def read(
     *files
         Files whose name says what they hold: ``pad.sti``, ``pad.mas``, ``pad.dof`` of CalculiX
         (``*FREQUENCY, SOLVER=MATRIXSTORAGE``); ``pad_STIF2.mtx``, ``pad_MASS2.mtx``, ``pad_DMPV2.mtx`` of
-        Abaqus (``*MATRIX OUTPUT, FORMAT=MATRIX INPUT`` or ``COORDINATE``); one ``.npz``, ``.mat`` or ``.op4``
-        with arrays ``mass`` or ``M``, ``stiffness`` or ``K``, and so on, of Nastran ``MAA`` and ``KAA`` or
-        ``MGG`` and ``KGG``. ``.op4`` is read by pyYeti, which has to be installed.
+        Abaqus (``*MATRIX OUTPUT, FORMAT=MATRIX INPUT`` or ``COORDINATE``); one ``.npz``, ``.mat``, ``.op4``
+        or ``.pch`` with arrays ``mass`` or ``M``, ``stiffness`` or ``K``, and so on, of Nastran ``MAA`` and
+        ``KAA`` or ``MGG`` and ``KGG``, punched ``MAAX`` and ``KAAX``. ``.op4`` is read by pyYeti, which has
+        to be installed.
     mass, stiffness, damping, gyroscopic, circulatory
-        Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``; Matrix Market or Abaqus ``.mtx``;
-        a sparse ``.npz``; CalculiX. `damping` may be a `Rayleigh`.
+        Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``, of Ansys ``.matrix`` (``HBMAT``);
+        Matrix Market or Abaqus ``.mtx``; a sparse ``.npz``; CalculiX. `damping` may be a `Rayleigh`.
     dofs
-        Names "node.direction", or a file with one name per line. None: the names in the files, if they have
-        any (CalculiX, MATRIX INPUT), otherwise every direction of every node of `points`.
+        Names "node.direction", a file with one name per line, or the ``.mapping`` file of Ansys. None: the
+        names in the files, if they have any (CalculiX, MATRIX INPUT, ``.pch``), otherwise every direction of
+        every node of `points`.
     points, surfaces
         As in `Body`; `points` in the unit of length of the files.
     mesh
@@ -213,13 +218,14 @@ def _read(path: Path, key: str, size: int | None) -> Found:
     suffix = path.suffix.lower()
     if suffix in ARCHIVES:
         return _from_archive(path, key)
-    if suffix in (".rsa", ".rua", ".hb"):
+    if suffix in HARWELL_BOEING:
         matrix, note = read_harwell_boeing(path)
         return Found(matrix, None, note)
     if suffix in CALCULIX:
         return _calculix(path, size)
     if suffix != ".mtx":
-        raise InputError(f"{path}: expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz, .mat or .op4")
+        known = (*CALCULIX, ".mtx", *HARWELL_BOEING, *ARCHIVES)
+        raise InputError(f"{path}: expected {', '.join(known[:-1])} or {known[-1]}")
     lines = read_lines(path)
     if lines and lines[0].startswith("%%"):
         return _matrix_market(path, key)
@@ -290,7 +296,8 @@ def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
 
 def _arrays(path: Path) -> list[str]:
     """Return the names of the arrays of a file."""
-    return list(_op4(path) if path.suffix.lower() == ".op4" else array_headers(path))
+    readers = {".op4": _op4, ".pch": read_punch}
+    return list(readers.get(path.suffix.lower(), array_headers)(path))
 
 
 def _op4(path: Path) -> dict[str, Any]:
@@ -331,6 +338,8 @@ def _from_archive(path: Path, key: str) -> Found:
     name = _array_name(path, key) or (held[0] if len(held) == 1 else None)
     if name is None:
         raise InputError(f"{path}: holds no {key}{nearest(key, held)}")
+    if path.suffix.lower() == ".pch":
+        return Found(*read_punch(path)[name])
     array = _op4(path)[name] if path.suffix.lower() == ".op4" else read_array(path, name)
     place = f"{path}, {name}"
     dense = not scipy.sparse.issparse(array)
@@ -359,6 +368,8 @@ def _names(given: Any) -> tuple[str, ...] | None:
     path = Path(given)
     if path.suffix.lower() in (".npz", ".mat"):
         return tuple(str(np.ravel(one)[0]) for one in np.ravel(read_array(path, "dofs")))
+    if path.suffix.lower() == ".mapping":
+        return read_mapping(path)
     found = []
     for k, line in enumerate(read_lines(path)):
         if line.strip():
