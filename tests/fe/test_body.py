@@ -168,15 +168,16 @@ def test_what_is_ill_posed_is_refused(changes, told):
         "mass": np.ones(4),
         "stiffness": np.eye(4),
         "points": [[0.0, 0.0], [1.0, 0.0]],
-        "surfaces": {"a": [[1, 2]], "b": [[1, 2, 2]], "c": [[1, 1]]},
+        "surfaces": {"a": [[1, 2]], "b": [[1, 2, 1, 2]], "c": [[1, 1]], "e": [[1, 2, 2]]},
     }
     body = ss.fe.Body(**good)
     assert body.dofs == ("1.1", "1.2", "2.1", "2.2")
     with pytest.raises(ss.InputError, match=told):
         ss.fe.Body(**{**good, **changes})
     for name, expected in (
-        ("b", "expected facets of 2 nodes, got 3"),
+        ("b", "expected facets of 2, 3 nodes, got 4"),
         ("c", "has no area"),
+        ("e", "has no area"),
         ("d", "unknown 'd'"),
     ):
         with pytest.raises(ss.InputError, match=expected):

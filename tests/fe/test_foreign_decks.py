@@ -105,20 +105,82 @@ def test_nodes_of_nastran_keep_their_numbers(tmp_path):
     assert body.nodes[body.cells["tetra"]].tolist() == [[40, 30, 20, 10]]
 
 
-def test_facets_of_quadratic_elements_are_refused():
-    """A ten-node tetrahedron: the corners of a face carry nothing of a pressure, its middles a third each."""
-    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-    points = np.vstack([corners, [corners[list(pair)].mean(axis=0) for pair in pairs]])
-    cells = {"tetra10": np.arange(1, 11)[None]}
-    matrices = np.eye(30), np.eye(30)
-    with pytest.raises(
-        ss.InputError, match=r"facet of nodes \[1 2 3\] has corners only, but .* cell tetra10"
-    ):
-        ss.fe.Body(*matrices, points=points, cells=cells).surface([[1, 2, 3]])
-    with pytest.raises(ss.InputError, match=r"\[1 2 3\] has corners only, but node 5 lies in the middle"):
-        ss.fe.Body(*matrices, points=points).surface([[1, 2, 3]])
-    assert len(ss.fe.Body(*matrices, points=points).surface([1, 2, 3, 5])) == 4
+def quadratic(kind):
+    """Return points of one distorted cell with straight edges, its number of corners, and its faces."""
+    from stickslip.fe.surface import EDGES
+
+    rng = np.random.default_rng(5)
+    corners, faces = {
+        "tetra10": (np.vstack([np.zeros(3), np.eye(3)]), [[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]),
+        "hexahedron20": (
+            np.array(
+                [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]]
+            ),
+            [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+        ),
+        "triangle6": (np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), [[0, 1], [1, 2], [2, 0]]),
+    }[kind]
+    # An affine map keeps faces plane.
+    corners = corners @ (np.eye(corners.shape[1]) + 0.2 * rng.standard_normal((corners.shape[1],) * 2))
+    return (
+        np.vstack([corners, [corners[list(edge)].mean(axis=0) for edge in EDGES[kind]]]),
+        len(corners),
+        faces,
+    )
+
+
+@pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "triangle6"])
+def test_facets_of_quadratic_elements_have_their_middles(kind):
+    points, corners, faces = quadratic(kind)
+    count, dimension = points.shape
+    cells = {kind: np.arange(1, count + 1)[None]}
+    matrices = np.eye(dimension * count), np.eye(dimension * count)
+    body = ss.fe.Body(*matrices, points=points, cells=cells)
+    surfaces = [body.surface((np.array([face]) + 1).tolist()) for face in faces]
+    assert {len(surface) for surface in surfaces} == {3 if dimension == 2 else 2 * len(faces[0])}
+    # What bounds a body has no area together, and a pressure on it no resultant and no moment.
+    assert sum(surface.areas.sum(axis=0) for surface in surfaces) == pytest.approx(0.0, abs=1e-15)
+    moment = np.zeros((dimension, dimension))
+    for surface in surfaces:
+        moment += surface.points.T @ surface.areas
+        # Outward, each node with a share.
+        out = surface.points.mean(axis=0) - points[:corners].mean(axis=0)
+        assert (surface.areas @ out > 0.0).all()
+    # The integral of x n' is the volume.
+    assert moment == pytest.approx(np.linalg.det(moment) ** (1.0 / dimension) * np.eye(dimension), abs=1e-14)
+    # All nodes of a facet say the same as its corners.
+    whole = surfaces[0].numbers[_of_one(surfaces[0], faces[0])]
+    again = ss.fe.Body(*matrices, points=points).surface([whole.tolist()])
+    assert np.abs(again.areas) == pytest.approx(np.abs(surfaces[0].areas), abs=1e-15)
+
+
+def _of_one(surface, face):
+    """Return the places of the corners of a face in their order, and of the middles between them."""
+    places = [int(np.flatnonzero(surface.numbers == corner + 1)[0]) for corner in face]
+    ends = list(zip(places, np.roll(places, -1), strict=True))[: None if len(face) > 2 else 1]
+    middles = [0.5 * (surface.points[a] + surface.points[b]) for a, b in ends]
+    return places + [int(np.linalg.norm(surface.points - one, axis=1).argmin()) for one in middles]
+
+
+def test_facets_of_corners_alone_are_refused_where_cells_are_unknown():
+    points, _, _ = quadratic("tetra10")
+    body = ss.fe.Body(np.eye(30), np.eye(30), points=points)
+    message = (
+        r"\[1 2 3\] has corners only, but node 5 lies in the middle of an edge; give all nodes of its facets"
+    )
+    with pytest.raises(ss.InputError, match=message):
+        body.surface([[1, 2, 3]])
+    assert len(body.surface([1, 2, 3, 5])) == 4
+
+
+def test_a_pad_of_quadratic_elements_rests_on_its_middles():
+    points, _, _ = quadratic("tetra10")
+    stiffness = 1e6 * (np.eye(30) + np.diag(np.full(29, -0.3), 1) + np.diag(np.full(29, -0.3), -1))
+    body = ss.fe.Body(stiffness, np.eye(30), points=points, cells={"tetra10": np.arange(1, 11)[None]})
+    face = body.surface([[1, 2, 3]])
+    pairs = ss.fe.contact_pairs(face, None, velocity=(1.0, 0.0, 0.0), friction=0.1, gap=-1e-6)
+    assert len(pairs) == 6
+    assert ss.steady_sliding(ss.fe.assemble(body, pairs)).normal_forces.sum() > 0.0
 
 
 #: Node 4, a corner of the lower face, follows node 3 along x; its other dofs are missing for the test.

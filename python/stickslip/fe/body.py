@@ -50,7 +50,8 @@ class Body(Shown):
         Parts of the boundary by name: facets as node numbers, (f, 2) in the plane and (f, 3) or (f, 4) in
         space, or a list of nodes, which has no normals. Without `cells`, the nodes of a facet run
         counterclockwise for one who looks at the body from outside; in the plane the body lies to the left
-        of a facet.
+        of a facet. Facets of quadratic elements have the middles of their edges behind the corners; with
+        `cells`, corners are enough.
     name
         Name with which the names of the dofs begin in a scene ("pad.12.1"); dofs of different bodies must
         have different names. None: the names of the dofs stay as they are.

@@ -19,6 +19,25 @@ CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 GAUSS = CORNERS / np.sqrt(3.0)
 #: Part of an edge within which a node counts as lying in its middle.
 MIDDLE = 1e-3
+#: Edges of quadratic cells in the order of their middle nodes, which follow the corners.
+EDGES = {
+    "triangle6": [(0, 1), (1, 2), (2, 0)],
+    "quad8": [(0, 1), (1, 2), (2, 3), (3, 0)],
+    "tetra10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "wedge15": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    "hexahedron20": [
+        *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)),
+        *((0, 4), (1, 5), (2, 6), (3, 7)),
+    ],
+}
+#: Corners of facets in a plane and in space, by the number of their nodes.
+FACETS = {2: {2: 2, 3: 2}, 3: {3: 3, 4: 4, 6: 3, 8: 4}}
+#: Linear parts of a quadratic facet by its corners; the middles of its edges follow these.
+PARTS = {
+    2: [[0, 2], [2, 1]],
+    3: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+    4: [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 7], [5, 6, 7]],
+}
 
 
 class Meshed(Protocol):
@@ -44,7 +63,8 @@ class Surface:
     points
         Where they lie, (k, d), m.
     facets
-        Places of facet nodes among these nodes, (f, 2 to 4); None: only nodes are known.
+        Places of facet nodes among these nodes, (f, 2 to 4); None: only nodes are known. A facet of a
+        quadratic element stands there as its linear parts between corners and middles.
     normals
         Outward unit normals at the nodes, (k, d), means of those of the facets by their areas.
     """
@@ -52,40 +72,59 @@ class Surface:
     def __init__(self, body: Meshed, name: str, nodes: NDArray[np.int64]) -> None:
         assert body.points is not None
         self.body, self.name = body, name
+        corners, cells = 0, []
+        if nodes.ndim == 2:
+            known = FACETS[body.points.shape[1]]
+            if nodes.shape[1] not in known:
+                raise InputError(
+                    f"surface {name!r}: expected facets of {', '.join(map(str, known))} nodes, "
+                    f"got {nodes.shape[1]}"
+                )
+            corners = known[nodes.shape[1]]
+            cells = self._cells(nodes[:, :corners])
+            nodes = self._with_middles(nodes, corners, cells)
         places, local = np.unique(nodes, return_inverse=True)
         self.numbers = body.nodes[places]
         self.points: Real = body.points[places]
         self.facets: NDArray[np.int64] | None = None
         if nodes.ndim == 2:
-            dimension = self.points.shape[1]
-            if nodes.shape[1] not in ((2,) if dimension == 2 else (3, 4)):
-                raise InputError(
-                    f"surface {name!r}: expected facets of {'2' if dimension == 2 else '3 or 4'} nodes, "
-                    f"got {nodes.shape[1]}"
-                )
-            facets = local.reshape(nodes.shape)
-            self.facets = self._outward(facets, nodes)
+            self.facets = self._outward(local.reshape(nodes.shape), nodes, corners, cells)
 
-    def _outward(self, facets: NDArray[np.int64], nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return facets turned so that their normals point out of the cells that they bound."""
-        normals = area_vectors(self.points, facets)
-        area = np.linalg.norm(normals, axis=1)
+    def _outward(
+        self,
+        facets: NDArray[np.int64],
+        nodes: NDArray[np.int64],
+        corners: int,
+        cells: list[tuple[str, int]],
+    ) -> NDArray[np.int64]:
+        """Return facets, or their linear parts, with normals that point out of the cells that they bound."""
+        parts = [np.arange(corners)] if facets.shape[1] == corners else PARTS[corners]
+        found = np.stack([facets[:, part] for part in parts], axis=1)
+        area = np.linalg.norm(area_vectors(self.points, found.reshape(-1, found.shape[2])), axis=1)
         if not (area > 0.0).all():
-            k = int(np.flatnonzero(~(area > 0.0))[0])
+            k = int(np.flatnonzero(~(area > 0.0))[0]) // len(parts)
             raise InputError(
                 f"surface {self.name!r}: the facet of nodes {self.body.nodes[nodes[k]]} has no area"
             )
         assert self.body.points is not None
+        normals = area_vectors(self.points, facets[:, :corners])
+        for k, (kind, cell) in enumerate(cells):
+            inside = self.body.points[self.body.cells[kind][cell]].mean(axis=0)
+            if normals[k] @ (self.points[facets[k, :corners]].mean(axis=0) - inside) < 0.0:
+                found[k] = found[k, :, ::-1]
+        return found.reshape(-1, found.shape[2])
+
+    def _cells(self, nodes: NDArray[np.int64]) -> list[tuple[str, int]]:
+        """Return kind and place of the cell that each facet bounds; none where the body has no cells."""
         if not self.body.cells:
-            self._check_edges(nodes)
-            return facets
+            return []
         owners: dict[int, list[tuple[str, int]]] = {}
         for kind, cells in self.body.cells.items():
             wanted = np.isin(cells, nodes)
             for cell, corner in np.argwhere(wanted):
                 owners.setdefault(int(cells[cell, corner]), []).append((kind, int(cell)))
-        turned = facets.copy()
-        for k, corners in enumerate(nodes):
+        found = []
+        for corners in nodes:
             shared = Counter(cell for node in corners for cell in owners.get(int(node), ()))
             cells_there = [cell for cell, count in shared.items() if count == len(corners)]
             if len(cells_there) != 1:
@@ -93,13 +132,35 @@ class Surface:
                     f"surface {self.name!r}: the facet of nodes {self.body.nodes[corners]} bounds "
                     f"{len(cells_there)} cells, expected one"
                 )
-            kind, cell = cells_there[0]
-            if kind[-1].isdigit():
-                self._refuse_quadratic(corners, f"they bound a cell {kind}")
-            inside = self.body.points[self.body.cells[kind][cell]].mean(axis=0)
-            if normals[k] @ (self.points[facets[k]].mean(axis=0) - inside) < 0.0:
-                turned[k] = facets[k, ::-1]
-        return turned
+            found.append(cells_there[0])
+        return found
+
+    def _with_middles(
+        self, nodes: NDArray[np.int64], corners: int, cells: list[tuple[str, int]]
+    ) -> NDArray[np.int64]:
+        """Return facets of quadratic cells with the middle nodes of their edges behind their corners."""
+        if nodes.shape[1] > corners:
+            return nodes
+        if not cells:
+            self._check_edges(nodes)
+            return nodes
+        quadratic = [kind[-1].isdigit() for kind, _ in cells]
+        if not any(quadratic):
+            return nodes
+        if not all(quadratic):
+            raise InputError(
+                f"surface {self.name!r}: some of its facets bound linear cells, others quadratic ones"
+            )
+        found = []
+        for facet, (kind, cell) in zip(nodes, cells, strict=True):
+            if kind not in EDGES:
+                self._refuse_quadratic(facet, f"they bound a cell {kind}")
+            own = self.body.cells[kind][cell]
+            first = len(own) - len(EDGES[kind])
+            middle = {frozenset(own[list(edge)]): own[first + k] for k, edge in enumerate(EDGES[kind])}
+            ends = zip(facet, np.roll(facet, -1), strict=True) if corners > 2 else [tuple(facet)]
+            found.append([*facet, *(middle[frozenset(pair)] for pair in ends)])
+        return np.array(found)
 
     def _check_edges(self, nodes: NDArray[np.int64]) -> None:
         """Refuse facets with a node of the body in the middle of an edge."""
@@ -117,7 +178,7 @@ class Surface:
     def _refuse_quadratic(self, corners: NDArray[np.int64], why: str) -> None:
         raise InputError(
             f"surface {self.name!r}: the facet of nodes {self.body.nodes[corners]} has corners only, but "
-            f"{why}; facets of quadratic elements are not known here"
+            f"{why}; give all nodes of its facets, corners first"
         )
 
     @cached_property
