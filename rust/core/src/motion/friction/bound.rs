@@ -125,8 +125,8 @@ impl Kernel for Bound<'_> {
         let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
-        let mut pressed_by =
-            operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
+        let pressed = operator.contacts.iter().filter(|one| !one.of_state);
+        let mut pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;
         if operator.response.is_some() {
             let [inverse, response] = coupling.norms;
