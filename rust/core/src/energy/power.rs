@@ -52,7 +52,7 @@ pub struct EnergySample {
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
     let elastic = 0.5 * bilinear(elastic_stiffness(scene), q, q) + scene.element_energy(q);
-    let [hidden, stored] = scene.hidden_energy(&vec![0.0; u.len()], u);
+    let [hidden, stored] = scene.hidden_energy(None, u);
     (0.5 * bilinear(&scene.mass, u, u) - hidden, elastic + stored)
 }
 
@@ -69,7 +69,7 @@ pub(crate) fn energy_change(
         0.5 * bilinear(matrix, &sum, &change)
     };
     let elastic = half(elastic_stiffness(scene), q0, q1) + scene.element_energy_change(q0, q1);
-    let [hidden, stored] = scene.hidden_energy(u0, u1);
+    let [hidden, stored] = scene.hidden_energy(Some(u0), u1);
     (half(&scene.mass, u0, u1) - hidden, elastic + stored)
 }
 

@@ -40,11 +40,13 @@ impl Scene {
         Some(own.in_state(law, self.contacts[contact].slider_speed, u))
     }
 
-    /// The kinetic energy of hidden coordinates, and the part of it that bristles store, J; between two states its change.
-    pub(crate) fn hidden_energy(&self, from: &[f64], to: &[f64]) -> [f64; 2] {
+    /// The kinetic energy of hidden coordinates, and the part of it that bristles store, J; its change, where velocities before
+    /// are given.
+    pub(crate) fn hidden_energy(&self, from: Option<&[f64]>, to: &[f64]) -> [f64; 2] {
         self.state_contacts().fold([0.0; 2], |[all, stored], (_, own)| {
             let k = own.coordinate;
-            let energy = 0.5 * own.mass * (to[k] + from[k]) * (to[k] - from[k]);
+            let before = from.map_or(0.0, |from| from[k]);
+            let energy = 0.5 * own.mass * (to[k] + before) * (to[k] - before);
             let bristles = matches!(own.law, ContactState::Bristles(_));
             [all + energy, if bristles { stored + energy } else { stored }]
         })
