@@ -63,6 +63,23 @@ SCENES = {
     "bristles": oscillator(
         ss.friction.LuGre(1.0, 0.5, 0.5, stiffness=50.0, damping=0.1, viscous=0.01), 1.0, damping=0.3
     ),
+    # The friction of the bristles presses the other contact.
+    "bristles beside a belt": ss.Scene(
+        [1.0, 1.0, 1.0],
+        [[1000.0, -300.0, 0.0], [-300.0, 2000.0, -800.0], [0.0, -800.0, 3000.0]],
+        damping=[[0.8, 0.2, 0.0], [0.2, 2.0, 0.0], [0.0, 0.0, 2.0]],
+        force=[0.0, -20.0, 0.0],
+        contacts=[
+            *pressed(BELT).contacts,
+            ss.Contact(
+                tangential="z",
+                normal_force=40.0,
+                friction=ss.friction.LuGre(0.5, 0.3, 0.4, stiffness=200.0, damping=0.1, viscous=0.5),
+                slider_speed=0.2,
+            ),
+        ],
+        dofs=["x", "y", "z"],
+    ),
     "own state": oscillator(
         ss.friction.StateLaw("(0.8 - 0.4 * exp(-z)) * tanh(s / 0.05)", "1 - abs(s) * z / 0.2"),
         1.0,

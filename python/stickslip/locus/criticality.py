@@ -102,8 +102,9 @@ class _Sliding:
         found = [self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]
         mu = np.array(found).reshape(-1, 4).T
         # Nothing presses a contact with a state more or less.
+        steady = np.where(self.has_state, -self.signs * self.states[0, 0], mu[0])
         slope = np.where(self.has_state, self.states[0, 1], mu[1])
-        return np.stack([mu[0], slope, *np.where(self.has_state, 0.0, mu[2:])])
+        return np.stack([steady, slope, *np.where(self.has_state, 0.0, mu[2:])])
 
     @cached_property
     def has_state(self) -> Any:
