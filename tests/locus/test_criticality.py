@@ -63,23 +63,6 @@ SCENES = {
     "bristles": oscillator(
         ss.friction.LuGre(1.0, 0.5, 0.5, stiffness=50.0, damping=0.1, viscous=0.01), 1.0, damping=0.3
     ),
-    # The friction of the bristles presses the other contact.
-    "bristles beside a belt": ss.Scene(
-        [1.0, 1.0, 1.0],
-        [[1000.0, -300.0, 0.0], [-300.0, 2000.0, -800.0], [0.0, -800.0, 3000.0]],
-        damping=[[0.8, 0.2, 0.0], [0.2, 2.0, 0.0], [0.0, 0.0, 2.0]],
-        force=[0.0, -20.0, 0.0],
-        contacts=[
-            *pressed(BELT).contacts,
-            ss.Contact(
-                tangential="z",
-                normal_force=40.0,
-                friction=ss.friction.LuGre(0.5, 0.3, 0.4, stiffness=200.0, damping=0.1, viscous=0.5),
-                slider_speed=0.2,
-            ),
-        ],
-        dofs=["x", "y", "z"],
-    ),
     "own state": oscillator(
         ss.friction.StateLaw("(0.8 - 0.4 * exp(-z)) * tanh(s / 0.05)", "1 - abs(s) * z / 0.2"),
         1.0,
@@ -134,6 +117,24 @@ def test_stiff_bristles_have_the_coefficient_of_their_steady_slip(power):
     words = ("k * z", "s - k * abs(s) * z / (0.5 + 0.5 * exp(-(s / 0.5)**2))")
     own = hopf_point(oscillator(ss.friction.StateLaw(*words, k=stiffness), 1.0), 0.7, 2.0)
     assert own.lyapunov == pytest.approx(bent.lyapunov, rel=1e-11)
+
+
+def test_the_friction_of_bristles_presses_another_contact():
+    def beside(law):
+        scrubber = ss.Contact(tangential="z", normal_force=40.0, friction=law, slider_speed=0.2)
+        return ss.Scene(
+            [1.0, 1.0, 1.0],
+            [[1000.0, -300.0, 0.0], [-300.0, 2000.0, -800.0], [0.0, -800.0, 3000.0]],
+            damping=[[0.8, 0.2, 0.0], [0.2, 2.0, 0.0], [0.0, 0.0, 2.0]],
+            force=[0.0, -20.0, 0.0],
+            contacts=[*pressed(BELT).contacts, scrubber],
+            dofs=["x", "y", "z"],
+        )
+
+    rigid = hopf_point(beside(ss.friction.Linear(0.5, 0.5)), 0.15, 3.0)
+    bent = hopf_point(beside(ss.friction.LuGre(0.5, 0.5, 1.0, stiffness=1e6, viscous=0.5)), 0.15, 3.0)
+    assert bent.value == pytest.approx(rigid.value, rel=1e-4)
+    assert bent.lyapunov == pytest.approx(rigid.lyapunov, rel=1e-3)
 
 
 def test_constant_friction_is_linear_until_a_status_changes():
