@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -296,8 +297,20 @@ def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
 
 def _arrays(path: Path) -> list[str]:
     """Return the names of the arrays of a file."""
-    readers = {".op4": _op4, ".pch": read_punch}
-    return list(readers.get(path.suffix.lower(), array_headers)(path))
+    return list(_of_nastran(path) if path.suffix.lower() in NASTRAN else array_headers(path))
+
+
+def _of_nastran(path: Path) -> dict[str, Any]:
+    """Return what a file of Nastran holds, which is read whole, once as long as it does not change."""
+    if not path.is_file():
+        return NASTRAN[path.suffix.lower()](path)
+    stamp = path.stat()
+    return _read_once(path, (stamp.st_mtime_ns, stamp.st_size, stamp.st_ino))
+
+
+@lru_cache(maxsize=1)
+def _read_once(path: Path, _: tuple[int, ...]) -> dict[str, Any]:
+    return NASTRAN[path.suffix.lower()](path)
 
 
 def _op4(path: Path) -> dict[str, Any]:
@@ -320,6 +333,10 @@ def _op4(path: Path) -> dict[str, Any]:
     return {name.upper(): matrix for name, matrix in zip(names, matrices, strict=True)}
 
 
+#: Files of Nastran, which have no head that names their arrays.
+NASTRAN: dict[str, Callable[[Path], dict[str, Any]]] = {".op4": _op4, ".pch": read_punch}
+
+
 def _array_name(path: Path, key: str) -> str | None:
     held = _arrays(path)
     return next((name for name in ARRAYS[key] if name in held), None)
@@ -339,8 +356,8 @@ def _from_archive(path: Path, key: str) -> Found:
     if name is None:
         raise InputError(f"{path}: holds no {key}{nearest(key, held)}")
     if path.suffix.lower() == ".pch":
-        return Found(*read_punch(path)[name])
-    array = _op4(path)[name] if path.suffix.lower() == ".op4" else read_array(path, name)
+        return Found(*_of_nastran(path)[name])
+    array = _of_nastran(path)[name] if path.suffix.lower() == ".op4" else read_array(path, name)
     place = f"{path}, {name}"
     dense = not scipy.sparse.issparse(array)
     if dense and key == "mass" and 1 in array.shape and array.ndim <= 2 and array.size > 1:

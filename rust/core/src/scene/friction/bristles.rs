@@ -18,8 +18,8 @@
 //!
 //! and elasto-plastic bristles (Dupont, Hayward, Armstrong and Altpeter, IEEE Trans. Automatic Control 47 (2002) 787) are elastic
 //! up to a part of the deflection `z_1 = kinetic / sigma_0` of steady slip, from which `f = z / z_1` on; between, f is the cubic
-//! that joins both with its slope. For each sign of s, f is a table of cubic pieces. All are `z' = s - y` with a product y of a law and a functional of the
-//! state, `sigma_0 h(|s|)` and z, or f(z) and |s|.
+//! that joins both with its slope. For each sign of s, f is a table of cubic pieces. All are `z' = s - y` with a product y of a law
+//! and a functional of the state, `sigma_0 h(|s|)` and z, or f(z) and |s|.
 //!
 //! The deflection is the velocity of a hidden coordinate p, `p' = c z`, with the mass `N sigma_0 / c^2`
 //! ([`crate::scene::friction::contact_state`]). The kinetic energy of p is then the energy `N sigma_0 z^2 / 2` that the bristles
