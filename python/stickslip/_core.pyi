@@ -64,6 +64,7 @@ _ContactData = tuple[
     float,
     _SpringData,
     tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]] | None,
+    int | None,
 ]
 #: A spring or damper: its kind, its direction by (dof index, entry), its offset, and its law as that of a
 #: contact.
@@ -118,6 +119,8 @@ class Scene:
     def size(self) -> int: ...
     @property
     def has_friction_laws(self) -> bool: ...
+    @property
+    def has_planes(self) -> bool: ...
     @property
     def has_elements(self) -> bool: ...
     # by element: its argument at rest, its force and the first three derivatives of the force

@@ -110,6 +110,15 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "stop": lambda: _scene(STOP, force=[0.0, 0.0]),
     "stop beside a belt": lambda: _scene(_belt(), STOP),
     "given normal force": lambda: _scene(_belt(normal=None, normal_force=5.0, static_friction=0.7)),
+    "plane": lambda: _scene(
+        _belt(
+            tangential=("x", "y"),
+            normal=None,
+            normal_force=5.0,
+            slider_speed=(0.1, 0.05),
+            static_friction=0.7,
+        )
+    ),
     "Stribeck": lambda: _scene(_belt(friction=ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1))),
     "table": lambda: _scene(
         _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))

@@ -245,7 +245,7 @@ class Wanted:
         if (
             not isinstance(letters, str)
             or len(letters) != len(scene.contacts)
-            or not set(letters) <= set("+-sd")
+            or not set(letters) <= set("+-sdo")
         ):
             raise MalformedError("start.combination: expected one letter of + - s d per contact")
         return State(vector("position"), vector("velocity"), letters, scene.dofs)

@@ -68,8 +68,11 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
     """Return how motions grow from a Hopf point, and l_1 of a mode whose largest displacement is 1 m, 1/m^2.
 
     None where a contact sticks, so that steady sliding is no rest, where the stiffness of the combination is
-    singular, or where friction is not smooth at steady sliding, as that of elasto-plastic bristles.
+    singular, where friction is not smooth at steady sliding, as that of elasto-plastic bristles, or where it
+    acts in a plane.
     """
+    if scene.core.has_planes:
+        return None
     if not (scene.core.has_friction_laws or scene.elements):
         return "linear until a status changes", 0.0
     states = [k for k, one in enumerate(scene.contacts) if isinstance(one.friction, LawWithState)]

@@ -118,17 +118,23 @@ def is_linear(model: object, name: str) -> TypeGuard[Scene]:
     """Return whether the reduced matrices of a scene change with a number of its contacts linearly.
 
     Friction does, and no other number of a contact changes them. This does not hold where dofs have no mass,
-    directions depend on each other, friction is a law over slip speed, or springs are no entries of K.
+    directions depend on each other, friction is a law over slip speed or acts in a plane, or springs are no
+    entries of K.
     """
     if not isinstance(model, Scene) or number_of(model, name).owner != "contact":
         return False
     core = model.core
-    return not (core.has_massless or core.dependent or core.has_friction_laws or core.has_elements)
+    return not (core.has_massless or core.dependent or core.has_elements or _bends(core))
+
+
+def _bends(core: _core.Scene) -> bool:
+    """Return whether friction changes with the slip velocity, beside its sign."""
+    return core.has_friction_laws or core.has_planes
 
 
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
-    if scene.core.has_friction_laws or scene.core.has_elements:
+    if scene.core.has_elements or _bends(scene.core):
         return []
     number = number_of(scene, name)
     return list(number.places) if (number.owner, number.field) == ("contact", "friction") else []
@@ -256,7 +262,7 @@ class Interpolation:
 
 def is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
-    if scene.core.has_massless or scene.core.has_friction_laws or scene.core.has_elements:
+    if scene.core.has_massless or scene.core.has_elements or _bends(scene.core):
         return False
     if scene.damping is None:
         return scene.gyroscopic is None

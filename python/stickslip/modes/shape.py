@@ -17,7 +17,7 @@ from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
 
 #: T / (mu N) of every status whose friction force Coulomb's law gives.
-FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
+FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0, "o": 0.0}
 
 
 def orbit(
@@ -104,7 +104,7 @@ def mode_friction(structure: Structure, scene: Scene, modes: Computed) -> Comple
 
 
 def friction_factors(scene: Scene, combination: str) -> Real:
-    """Return T / N of every contact in steady sliding; 0 where it sticks or is detached."""
+    """Return T / N of contacts that slide steadily along lines; 0 of all others."""
     pairs = zip(combination, scene.contacts, strict=True)
     return np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
 
@@ -114,8 +114,8 @@ def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: C
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     phasors: Complex = friction_factors(scene, modes.combination)[:, None] * normal
     for i, (status, contact) in enumerate(zip(modes.combination, scene.contacts, strict=True)):
-        if isinstance(contact.friction, FrictionLaw) and status in "+-":
-            # Beside mu N it changes with slip speed: what is left of the load along the contact.
+        if status == "o" or (isinstance(contact.friction, FrictionLaw) and status in "+-"):
+            # Beside mu N it changes with the slip velocity: what is left of the load along the contact.
             phasors[i] = times(structure.impulse_response[:, [2 * i]].T, unbalanced)[0]
     return phasors
 

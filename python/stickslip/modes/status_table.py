@@ -105,7 +105,8 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         The scene.
     combinations
         The combinations; None: all that are possible. A contact without friction does not stick, a stop is
-        ``+`` or ``d``, and friction under a given normal force is never ``d``.
+        ``+`` or ``d``, friction under a given normal force is never ``d``, and friction in a plane is ``o``
+        or ``s``.
 
     Raises
     ------
@@ -113,11 +114,18 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         If a combination does not fit the scene, or None stands for more than 256 of them.
     """
     if combinations is None:
-        possible = [letters_of(contact) for contact in checked(scene).contacts]
-        count = math.prod(map(len, possible))
+        contacts = checked(scene).contacts
+        possible = [letters_of(contact) for contact in contacts]
+        planes = [(k, one.beside) for k, one in enumerate(contacts) if one.beside is not None]
+        # Both directions of a plane have one letter.
+        count = math.prod(map(len, possible)) // 2 ** (len(planes) // 2)
         if count > _LARGEST:
             raise InputError(f"combinations: {count} are too many for one table, choose some")
-        chosen = ["".join(letters) for letters in itertools.product(*possible)]
+        chosen = [
+            "".join(letters)
+            for letters in itertools.product(*possible)
+            if all(letters[k] == letters[beside] for k, beside in planes)
+        ]
     else:
         chosen = list(combinations)
         if isinstance(combinations, str) or not chosen:

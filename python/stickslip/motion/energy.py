@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.motion.energy_figures import BalancePlots
 
 #: Order of the statuses in tables.
-STATUSES = ("+", "-", "s", "d")
+STATUSES = ("+", "-", "s", "d", "o")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

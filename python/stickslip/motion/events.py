@@ -25,6 +25,7 @@ KINDS = {
     "velocity": "the slip velocity reaches zero",
     "slip+": "sticking ends, positive sliding begins",
     "slip-": "sticking ends, negative sliding begins",
+    "slip": "sticking in a plane ends, slip begins",
     "release": "the contact opens",
     "impact": "the contact closes",
     "accumulation": "infinitely many bounces end",
@@ -96,9 +97,10 @@ class Events(Sequence[Event], Shown):
     def kind(self) -> Names:
         """What happened, (e,).
 
-        One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
-        ``impact``, ``accumulation``, and ``load`` (a load was switched, of no contact). An impact counts even
-        if the combination stays.
+        One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-``, and in a plane ``slip`` (onset
+        of slip), ``release``, ``impact``, ``accumulation``, and ``load`` (a load was switched, of no
+        contact). An impact counts even if the combination stays. Of friction in a plane an event counts
+        once, at the contact along the first direction.
         """
         return np.array(self._core.event_kind, dtype=np.str_)
 

@@ -24,6 +24,7 @@ from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Real
+from stickslip.scene.contact import driven_letter
 from stickslip.scene.known import Known
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.parameters.family import Model
@@ -234,7 +235,7 @@ def _most_events(scene: Scene) -> int:
 
 
 def _sliding(scene: Scene) -> str:
-    return "".join("-" if contact.slider_speed < 0.0 else "+" for contact in scene.contacts)
+    return "".join(map(driven_letter, scene.contacts))
 
 
 def _loci(

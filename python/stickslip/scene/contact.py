@@ -52,6 +52,11 @@ class Contact:
     ----------
     tangential
         Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: the contact is a stop.
+        A pair of directions, ``("x", "y")``, perpendicular to each other in the plane of the contact, is
+        friction in a plane under a `normal_force`: the friction force opposes the slip velocity
+        ``w = (t_x . x' - v_x, t_y . x' - v_y)``, ``T = -friction N w / |w|``, and the contact sticks while
+        ``|T| <= static_friction N``. A scene lists it as two contacts, one along each direction, whose
+        letters are both ``o`` (it slips) or both ``s``.
     normal
         Direction n, which points from the slider to the structure; the gap is ``n . x + gap`` >= 0, m. None:
         the contact has friction under `normal_force`.
@@ -66,7 +71,7 @@ class Contact:
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.
     slider_speed
-        Speed of the slider along t, m/s.
+        Speed of the slider along t, m/s; in a plane a pair of speeds.
     restitution
         Ratio of normal velocities after and before an impact, in [0, 1]; 0 is plastic.
     gap
@@ -81,7 +86,10 @@ class Contact:
     name
         Name of the contact in tables; None: its index.
     slider_vibration
-        `Harmonic` velocity, m/s, that is added to `slider_speed`; None: the slider does not vibrate.
+        `Harmonic` velocity, m/s, that is added to `slider_speed`; None: the slider does not vibrate. In a
+        plane a pair, one along each direction.
+    beside
+        Index of the contact along the other direction of friction in a plane; a scene sets it.
 
     Raises
     ------
@@ -102,6 +110,7 @@ class Contact:
     name: str | None = None
     #: A `Harmonic`; its file imports this one.
     slider_vibration: Harmonic | None = None
+    beside: int | None = None
 
     def __post_init__(self) -> None:
         if self.friction is None:
@@ -145,10 +154,69 @@ class Contact:
         return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
 
+def is_in_plane(contact: Any) -> bool:
+    """Return whether a contact has a pair of tangential directions, which a scene takes as two contacts."""
+    given = getattr(contact, "tangential", None)
+    return (
+        isinstance(given, tuple | list)
+        and len(given) == 2
+        and not any(isinstance(one, numbers.Real) for one in given)
+    )
+
+
+def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
+    """Return contacts with one tangential direction each: friction in a plane as two of them.
+
+    Raises
+    ------
+    InputError
+        If the speeds or vibrations of a slider are no pairs, or the contact has something else than friction
+        under a given normal force.
+    """
+    count = [2 if is_in_plane(contact) else 1 for contact in contacts]
+    first = [sum(count[:k]) for k in range(len(count))]
+    found: list[Any] = []
+    for k, contact in enumerate(contacts):
+        if not is_in_plane(contact):
+            # Those of a scene know their planes by places, which others before them have moved.
+            known = isinstance(contact, Contact) and contact.beside is not None
+            moved = known and contact.beside < len(first) and first[contact.beside] != contact.beside
+            found.append(dataclasses.replace(contact, beside=first[contact.beside]) if moved else contact)
+            continue
+        speeds = _pair(k, "slider_speed", contact.slider_speed, 0.0)
+        waves = _pair(k, "slider_vibration", contact.slider_vibration, None)
+        for place, direction in enumerate(contact.tangential):
+            label = direction if isinstance(direction, str) else str(place + 1)
+            one = dataclasses.replace(
+                contact,
+                tangential=direction,
+                slider_speed=speeds[place],
+                slider_vibration=waves[place],
+                name=None if contact.name is None else f"{contact.name}_{label}",
+                beside=first[k] + 1 - place,
+            )
+            found.append(one)
+    return tuple(found)
+
+
+def _pair(contact: int, field: str, value: Any, none: Any) -> tuple[Any, Any]:
+    """Return what a slider has along both directions; `none` is the default of one."""
+    if value is none or value == none:
+        return none, none
+    if isinstance(value, tuple | list | np.ndarray) and len(value) == 2:
+        return value[0], value[1]
+    raise InputError(
+        f"contact {contact}: {field}: expected a pair, one along each direction of the plane, got {value!r}"
+    )
+
+
 #: Stiffnesses of a compliant contact, None where it is rigid.
 SPRINGS = ("normal_stiffness", "tangential_stiffness")
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force", *SPRINGS)
+
+#: Those that both directions of friction in a plane share.
+SHARED = ("friction", "static_friction", "normal_force")
 
 #: How the parameters of a law of friction begin, such as ``friction_kinetic``.
 OF_LAW = "friction_"
@@ -192,7 +260,16 @@ def letters_of(contact: Contact) -> str:
     """Return the statuses that a contact can have."""
     if contact.tangential is None:
         return "+d"
+    if contact.beside is not None:
+        return "os"
     return "+-" + ("s" if contact.holding > 0.0 else "") + ("" if contact.normal is None else "d")
+
+
+def driven_letter(contact: Contact) -> str:
+    """Return the status in which a contact slides as its slider drives it."""
+    if contact.beside is not None:
+        return "o"
+    return "-" if contact.slider_speed < 0.0 else "+"
 
 
 def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
@@ -242,6 +319,7 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
         0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
         (_spring(place, contact, "normal_stiffness"), _spring(place, contact, "tangential_stiffness")),
         None if law is None else law.data(),
+        None if contact.beside is None else whole_number(f"{place}: beside", contact.beside, 0),
     )
 
 

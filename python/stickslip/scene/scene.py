@@ -31,6 +31,7 @@ from stickslip.scene.contact import (
     LAW,
     Contact,
     aligned,
+    along_lines,
     contact_labels,
     core_contact,
     described_direction,
@@ -175,7 +176,7 @@ class Scene(Shown):
             raise InputError("contacts: expected a sequence of contacts, got a single Contact")
         if not np.iterable(contacts):
             raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
-        listed = tuple(contacts)
+        listed = along_lines(tuple(contacts))
         given = _core_contacts(listed, names)
         listed_loads = checked_loads(loads, listed)
         listed_elements = checked_elements(elements)
@@ -253,7 +254,7 @@ class Scene(Shown):
         own |= changed_parts(parts, numbers, "replace") if numbers else {}
         if not own.keys() <= {"contacts"}:
             return Scene(**{**arguments, **own})
-        contacts = tuple(own.get("contacts", self.contacts))
+        contacts = along_lines(tuple(own.get("contacts", self.contacts)))
         laws = {number.field for number in numbers if number.owner == "contact"}
         is_model = "contacts" not in changes and all(one.owner == "contact" for one in numbers)
         # The arrays are shared.
@@ -402,8 +403,8 @@ def checked_combination(scene: Any, combination: Any) -> str:
     if isinstance(combination, str):
         return combination
     raise InputError(
-        f"combination: expected one letter of '+', '-', 's', 'd' per contact ({count} in all) as one text, "
-        f"got {combination!r}"
+        f"combination: expected one letter of '+', '-', 's', 'd', 'o' per contact ({count} in all) as one "
+        f"text, got {combination!r}"
     )
 
 

@@ -89,9 +89,10 @@ class State:
                 raise InputError(f"{argument}: must be finite, got {values[index]} at index {index}")
         if not isinstance(combination, str):
             raise InputError(f"combination: expected a string such as '+s', got {described(combination)}")
-        if not set(combination) <= set("+-sd"):
+        if not set(combination) <= set("+-sdo"):
             raise InputError(
-                f"combination: expected one letter of '+', '-', 's', 'd' per contact, got {combination!r}"
+                "combination: expected one letter of '+', '-', 's', 'd', 'o' per contact, got "
+                f"{combination!r}"
             )
         object.__setattr__(self, "position", x)
         object.__setattr__(self, "velocity", v)

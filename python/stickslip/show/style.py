@@ -20,11 +20,17 @@ from stickslip.show.replaced_file import replace_file
 from stickslip.show.units import ENERGIES, LENGTHS, suited
 
 #: One colour per status, the same in every figure.
-COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
-NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
+COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33", "o": "#228833"}
+NAMES = {
+    "+": "positive sliding",
+    "-": "negative sliding",
+    "s": "sticking",
+    "d": "detached",
+    "o": "slip in a plane",
+}
 #: Line style and hatching of each status.
-STYLES = {"+": "-", "-": "-.", "s": ":", "d": "--"}
-HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////"}
+STYLES = {"+": "-", "-": "-.", "s": ":", "d": "--", "o": (0, (5, 1))}
+HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////", "o": "oo"}
 #: From dark to light, each with a line style of its own.
 OVERLAY = (("#222255", "-"), ("#cc3311", "--"), ("#228833", "-."), ("#ddaa33", ":"), ("#77aadd", "-"))
 MARKERS = "osD^v<>P"

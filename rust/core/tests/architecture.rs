@@ -23,14 +23,14 @@ const PARTS: [&str; 12] = [
 /// Most lines of each part, tests apart: what it had when this was last set, and five percent. Raising one is a decision that its
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
-    ("error", 730),
+    ("error", 745),
     ("numerics", 1490),
     ("linalg", 1790),
-    ("scene", 8170),
-    ("contact", 3490),
+    ("scene", 8400),
+    ("contact", 3560),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 9820),
+    ("motion", 10520),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4250),

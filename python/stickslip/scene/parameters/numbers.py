@@ -14,6 +14,7 @@ from stickslip.faults import InputError
 from stickslip.scene.contact import (
     LAW,
     OF_LAW,
+    SHARED,
     SPRINGS,
     Contact,
     concerns,
@@ -215,7 +216,8 @@ def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
     for field in reversed(fields):
         place = labels.get(name.removeprefix(f"{field}_")) if name.startswith(f"{field}_") else None
         if place is not None and (field in LAW or concerns(field, contacts[place])):
-            return Number(name, "contact", field, (place,))
+            beside = contacts[place].beside if field in SHARED else None
+            return Number(name, "contact", field, (place,) if beside is None else (place, beside))
     return None
 
 

@@ -17,6 +17,7 @@ from stickslip.cycles.attractors import described
 from stickslip.faults import InputError, StickslipError
 from stickslip.locus.path import moved_friction
 from stickslip.scene.checks import Real
+from stickslip.scene.contact import driven_letter
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, change_vector
@@ -74,7 +75,7 @@ class Labels:
         """
         contacts = tuple(scene.contact_labels())
         # Sliding either way leaves as many modes.
-        letters = settings.combination or "+" * len(contacts)
+        letters = settings.combination or "".join(map(driven_letter, scene.contacts))
         name = None if settings.hopf is None else settings.hopf[0]
         moved = () if name is None else tuple(moved_friction(scene, name))
         if name is not None and not moved:

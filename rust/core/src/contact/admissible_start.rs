@@ -8,7 +8,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::settlement::Departure;
 use crate::error::input::Error;
-use crate::scene::contact_law::{Contact, check_finite};
+use crate::scene::contact_law::{Contact, Plane, check_finite};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
@@ -94,6 +94,7 @@ pub(crate) fn coordinates_at(
             Status::Sticking => slip.abs() <= speed_tolerance,
             // It follows from forces.
             _ if scene.creeps(contact) => status.friction_sign() * slip <= speed_tolerance,
+            Status::Slipping => true,
             Status::Positive => slip <= 0.0 || !scene.has_direction(contact),
             _ => slip >= 0.0 || !scene.has_direction(contact),
         };
@@ -140,6 +141,10 @@ pub(crate) fn coordinates_at(
         if normal_force < -tolerance {
             return Err(violated("normal force", normal_force));
         }
+        if let Some(plane) = law.plane {
+            check_in_plane(&at_slip, contact, plane, status, &q, &u)?;
+            continue;
+        }
         let slip = u[law.tangential] - law.slider_speed;
         // Without mass, what sticks may also be at rest by its place alone.
         let held = status == Status::Sticking || law.tangential_has_mass();
@@ -163,6 +168,36 @@ pub(crate) fn coordinates_at(
         condensed.complete(&mut q, &mut u);
     }
     Ok((q, u))
+}
+
+/// Refuses a state in which the forces that a contact in a plane needs at rest do not fit its status.
+fn check_in_plane(
+    scene: &Scene,
+    contact: usize,
+    plane: Plane,
+    status: Status,
+    q: &[f64],
+    u: &[f64],
+) -> Result<(), Error> {
+    let law = &scene.contacts[contact];
+    let slips = u[law.tangential] != law.slider_speed || u[plane.tangential] != plane.slider_speed;
+    let forces = [law.tangential, plane.tangential].map(|row| reaction(scene, row));
+    let required = forces.each_ref().map(|force| force.value(q, u));
+    let required = required[0].hypot(required[1]);
+    let limit = -law.static_friction * scene.force[law.normal];
+    let size: f64 = forces.iter().map(|force| force.magnitude(q, u)).sum();
+    let tolerance = START_TOLERANCE * (limit + size);
+    // Friction of slip counts as a load in this scene.
+    let holds = match status {
+        Status::Sticking => required <= limit + tolerance,
+        _ => slips || required >= limit - tolerance,
+    };
+    let (argument, quantity) = ("state", "required friction force at slip velocity 0");
+    let violated = || {
+        let status = status.letter();
+        Error::ViolatedStatus { argument, contact, status, quantity, value: required }
+    };
+    if holds { Ok(()) } else { Err(violated()) }
 }
 
 /// Puts nodes of compliant contacts where their springs carry the friction forces of the state: those that stick, and those that

@@ -52,6 +52,7 @@ impl ContactForces {
             let normal = scene.reaction_value(law.normal, q, u);
             let friction = match status {
                 Status::Sticking => scene.reaction_value(law.tangential, q, u),
+                Status::Slipping => 0.0,
                 _ => status.friction_sign() * law.friction * normal,
             };
             (normal, friction)
@@ -102,6 +103,9 @@ pub(crate) fn contact_forces_in(
     for (contact, force) in forces.iter_mut().enumerate() {
         if let Some(own) = scene.of_state(contact, u) {
             force.1 = own.friction;
+        }
+        if combination.statuses()[contact] == Status::Slipping {
+            force.1 = scene.slip_force(contact, u);
         }
     }
     forces

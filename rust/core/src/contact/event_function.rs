@@ -6,6 +6,7 @@
 //! | `+` / `-` by a law without mass | `abs(T) - mu(0) N` | slip velocity zero |
 //! | `+` / `-` | N | normal force zero |
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
+//! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
 //! | `d` | g | gap closes |
 //!
 //! Both functions of a sticking contact are positive only while N is, so N needs none of its own.
@@ -30,12 +31,15 @@ pub(crate) struct EventFunction {
     /// The contact forces of which it is a sum, as (row, weight): T of contact i has row 2 i, N has row 2 i + 1. Empty where it
     /// is a gap or a slip velocity.
     pub forces: Vec<(usize, f64)>,
+    /// Of a contact that sticks in a plane: the functional is T along its direction, and the event function
+    /// `limit^2 - T_x^2 - T_y^2` stands for both directions.
+    pub cone: Option<f64>,
 }
 
 impl EventFunction {
     /// A function of gaps and velocities.
     pub fn kinematic(contact: usize, trigger: EventKind, functional: Functional) -> Self {
-        Self { contact, trigger, functional, forces: Vec::new() }
+        Self { contact, trigger, functional, forces: Vec::new(), cone: None }
     }
 
     /// Its change per newton of force `source`, from [`response`](crate::contact::contact_forces::response).
@@ -173,6 +177,11 @@ fn of_contact(
             });
             slip.into_iter().chain(release).collect()
         }
+        Status::Sticking if law.plane.is_some() => {
+            let limit = -law.static_friction * scene.force[law.normal];
+            vec![EventFunction { cone: Some(limit), ..function(EventKind::Slip, friction) }]
+        }
+        Status::Slipping => Vec::new(),
         Status::Sticking => {
             let limit = law.static_friction;
             let cone = |trigger, sign: f64| EventFunction {
@@ -240,6 +249,7 @@ fn undetermined_functions(
                 trigger,
                 functional: functional.clone(),
                 forces: parts.clone(),
+                cone: None,
             });
         }
     }

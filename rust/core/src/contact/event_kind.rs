@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::contact_law::Contact;
+use crate::scene::contact_law::{Contact, Plane};
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.
@@ -14,6 +14,8 @@ pub enum EventKind {
     SlipPositive,
     /// T of a sticking contact reached -mu_static N: it slides with T = -mu N.
     SlipNegative,
+    /// T of a contact that sticks in a plane reached `|T| = mu_static N`: it slips.
+    Slip,
     /// The normal force reached zero and the contact opened.
     Release,
     /// The gap of an open contact closed.
@@ -43,6 +45,7 @@ impl EventKind {
             EventKind::Velocity => "velocity",
             EventKind::SlipPositive => "slip+",
             EventKind::SlipNegative => "slip-",
+            EventKind::Slip => "slip",
             EventKind::Release => "release",
             EventKind::Impact => "impact",
             EventKind::Accumulation => "accumulation",
@@ -57,8 +60,12 @@ impl EventKind {
     /// Whether a contact of this status can have such an event, and the motion goes on after it.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
-            EventKind::Velocity | EventKind::Turn => status.is_sliding(),
-            EventKind::SlipPositive | EventKind::SlipNegative | EventKind::Jump => {
+            EventKind::Velocity => status.is_sliding() || matches!(status, Status::Slipping),
+            EventKind::Turn => status.is_sliding(),
+            EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Slip
+            | EventKind::Jump => {
                 matches!(status, Status::Sticking)
             }
             EventKind::Release => status.is_closed(),
@@ -70,6 +77,8 @@ impl EventKind {
     /// What the event sets at once, before forces and impulses follow.
     pub(crate) fn sets(self, contact: &Contact) -> impl Iterator<Item = Set> {
         let closed = (contact.normal, contact.closed());
+        let held = |plane: Plane| Set::Speed(plane.tangential, plane.slider_speed);
+        let beside = contact.plane.filter(|_| self == EventKind::Velocity).map(held);
         let (place, speed) = match self {
             EventKind::Velocity => (None, Some((contact.tangential, contact.slider_speed))),
             EventKind::Impact | EventKind::Closing => (Some(closed), None),
@@ -77,13 +86,15 @@ impl EventKind {
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
+            | EventKind::Slip
             | EventKind::Jump
             | EventKind::Load
             | EventKind::Turn
             | EventKind::Exhausted => (None, None),
         };
         let place = place.into_iter().map(|(coordinate, place)| Set::Place(coordinate, place));
-        place.chain(speed.map(|(coordinate, speed)| Set::Speed(coordinate, speed)))
+        let speed = speed.map(|(coordinate, speed)| Set::Speed(coordinate, speed));
+        place.chain(speed).chain(beside)
     }
 }
 

@@ -142,6 +142,7 @@ impl Settlement {
             Some(EventKind::Velocity) => EventKind::Velocity,
             _ if before == Status::Sticking && after == Status::Positive => EventKind::SlipPositive,
             _ if before == Status::Sticking && after == Status::Negative => EventKind::SlipNegative,
+            _ if before == Status::Sticking && after == Status::Slipping => EventKind::Slip,
             // A tangential impulse that stopped or reversed a slip.
             _ => EventKind::Velocity,
         };

@@ -8,7 +8,7 @@ use crate::contact::settlement::{
     Departure, NODE_ROUNDING, Series, Settlement, continuous, of_contact, sliding_status,
 };
 use crate::error::run::RunFailure;
-use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::contact_law::{Contact, Directions, Plane};
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -79,6 +79,16 @@ pub(crate) fn settle(
         let trigger = of_contact(triggers, contact);
         let before = settlement.statuses[contact];
         let law = &scene.contacts[contact];
+        if let Some(plane) = law.plane {
+            // The first direction settles both.
+            let touched = trigger.is_some() || impact || switched || jump;
+            if contact < plane.beside && touched {
+                let (after, departure) = settle_in_plane(scene, contact, plane, trigger, q, u);
+                settlement.record(contact, trigger, after, departure);
+                settlement.statuses[plane.beside] = after;
+            }
+            continue;
+        }
         let opens = matches!(trigger, Some(EventKind::Closing | EventKind::Release));
         if !law.tangential_has_mass() || opens && !law.normal_has_mass() {
             continue;
@@ -174,6 +184,26 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     let start = (-law.slider_speed, law.slider_speed.abs());
     let (sum, size) = terms.fold(start, |(sum, size), term| (sum + term, size + term.abs()));
     sum.abs() <= NODE_ROUNDING * size
+}
+
+/// Status and departure of a contact in a plane, of which both directions have the same.
+fn settle_in_plane(
+    scene: &Scene,
+    contact: usize,
+    plane: Plane,
+    trigger: Option<EventKind>,
+    q: &[f64],
+    u: &[f64],
+) -> (Status, Departure) {
+    let law = &scene.contacts[contact];
+    let slips = u[law.tangential] != law.slider_speed || u[plane.tangential] != plane.slider_speed;
+    let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
+    let limit = -law.static_friction * scene.force[law.normal];
+    if slips || trigger == Some(EventKind::Slip) || required[0].hypot(required[1]) > limit {
+        (Status::Slipping, Departure::None)
+    } else {
+        (Status::Sticking, Departure::None)
+    }
 }
 
 /// `g'+ = -e g'-`, and with `impact_friction` the Coulomb impulse of at most `mu p_n` that drives slip

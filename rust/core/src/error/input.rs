@@ -33,6 +33,18 @@ pub enum Error {
         /// What stands beside it, and the remedy.
         reason: &'static str,
     },
+    /// Friction in a plane where it is not computed.
+    #[error("contact {contact}: tangential: friction in a plane is not computed beside {reason}")]
+    Plane {
+        contact: usize,
+        /// What stands beside it, and the remedy.
+        reason: &'static str,
+    },
+    /// The two directions of friction in a plane with different statuses.
+    #[error(
+        "combination {combination:?}: contacts {contact} and {beside} are friction in one plane, so that both slip, 'o', or both stick, 's'"
+    )]
+    PlaneStatuses { contact: usize, beside: usize, combination: String },
     /// Formulas of force and rate that are no friction.
     #[error("contact {contact}: friction: {reason}")]
     StateFormulas { contact: usize, reason: String },

@@ -16,6 +16,7 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::forced::forced_modes;
+use crate::motion::panel::Cone;
 use crate::motion::taylor::bordered::has_followers;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::motion::taylor::operator::TaylorOperator;
@@ -41,6 +42,8 @@ pub(crate) enum Propagator {
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
+    /// Those of them that stand for contacts that stick in planes.
+    pub cones: Vec<Cone>,
     pub propagator: Propagator,
     /// The coordinates that move by themselves, if some coordinates of the scene have no mass.
     pub condensed: Option<Box<Condensed>>,
@@ -110,7 +113,10 @@ impl CombinationBasis {
         let law =
             scene.sliding_by_law(combination).next().map(|(contact, _)| LawOf::Contact(contact));
         let element = || scene.nonlinear_elements().next().map(|(place, _)| LawOf::Element(place));
-        let by_law = law.or_else(element);
+        let plane =
+            || scene.slipping_in_planes(combination).next().map(|[of, _]| LawOf::Contact(of));
+        let by_law = law.or_else(element).or_else(plane);
+        let cones = cones_of(scene, &functions);
         let large = || {
             let largest = largest(scene);
             scene.size > largest && scene.free(combination) > largest
@@ -129,7 +135,13 @@ impl CombinationBasis {
             let scene = left.as_deref().unwrap_or(scene);
             let operator = LawOperator::new(scene, combination, &functions)?;
             (Propagator::Law(Box::new(operator)), left)
-        } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large() {
+        } else if let Some(cone) = cones.first().filter(|_| wanted == Wanted::Modes) {
+            let contact = functions[cone.functions[0]].contact;
+            return Err(Error::Plane { contact, reason: "method='modal'; use 'auto'" });
+        } else if wanted == Wanted::Series
+            || !cones.is_empty()
+            || wanted == Wanted::SoundModes && large()
+        {
             series()?
         } else {
             let left = left();
@@ -170,7 +182,8 @@ impl CombinationBasis {
             }
         };
         let fitted = left.or(fitted);
-        Ok(Self { combination: combination.clone(), functions, propagator, condensed, fitted })
+        let combination = combination.clone();
+        Ok(Self { combination, functions, cones, propagator, condensed, fitted })
     }
 
     /// The scene that moves.
@@ -254,6 +267,18 @@ impl CombinationBasis {
             Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
         }
     }
+}
+
+/// The pairs of event functions of contacts that stick in planes.
+fn cones_of(scene: &Scene, functions: &[EventFunction]) -> Vec<Cone> {
+    let place = |contact: usize| {
+        functions.iter().position(|one| one.contact == contact && one.cone.is_some())
+    };
+    let planes = scene.planes().filter_map(|[first, second]| {
+        let functions_of = [place(first)?, place(second)?];
+        Some(Cone { functions: functions_of, limit: functions[functions_of[0]].cone? })
+    });
+    planes.collect()
 }
 
 /// Whether a combination keeps the value of a functional, so that it ends nothing: all that the functional tells of is held,

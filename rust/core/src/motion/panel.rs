@@ -20,6 +20,13 @@ pub(super) fn rounding(operations: usize, panels: u32) -> f64 {
     0.5 * f64::EPSILON * (operations + PER_PANEL * panels as usize) as f64
 }
 
+/// The event functions of both directions of a contact that sticks in a plane, and `mu_static N`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cone {
+    pub functions: [usize; 2],
+    pub limit: f64,
+}
+
 /// Event functions on one stretch of time `[start, start + width]`, as polynomials in
 /// `s = (t - start) / width`.
 #[derive(Debug, Default)]
@@ -53,6 +60,37 @@ impl Panel {
     /// The coefficients of a function, to be filled in.
     pub(super) fn row(&mut self, function: usize) -> &mut [f64; COEFFICIENTS] {
         self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
+    }
+
+    /// Forms `limit^2 - T_x^2 - T_y^2` from both forces of contacts that stick in planes, in place of the first; the second one stands
+    /// for nothing then.
+    pub(super) fn form_cones(&mut self, cones: &[Cone]) {
+        for &Cone { functions: [first, second], limit } in cones {
+            let factors = [first, second].map(|function| {
+                let row = *self.row(function);
+                (row, row.iter().map(|c| c.abs()).sum::<f64>(), self.error[function])
+            });
+            let mut cone = [0.0; COEFFICIENTS];
+            cone[0] = limit * limit;
+            let (mut beyond, mut error) = (0.0, 0.0);
+            let mut largest = cone[0];
+            for (row, size, off) in &factors {
+                for (k, c) in cone.iter_mut().enumerate() {
+                    *c -= (0..=k).map(|i| row[i] * row[k - i]).sum::<f64>();
+                }
+                for k in COEFFICIENTS..2 * COEFFICIENTS - 1 {
+                    let low = k + 1 - COEFFICIENTS;
+                    beyond += (low..COEFFICIENTS).map(|i| row[i] * row[k - i]).sum::<f64>().abs();
+                }
+                error += (2.0 * size + off) * off;
+                largest += size * size;
+            }
+            let error = error + beyond + rounding(COEFFICIENTS + 4, 0) * largest;
+            let least = cone[0] + cone[1..].iter().map(|c| c.min(0.0)).sum::<f64>();
+            *self.row(first) = cone;
+            (self.error[first], self.curvature_error[first]) = (error, error);
+            (self.excluded[first], self.excluded[second]) = (least > error, true);
+        }
     }
 
     #[inline]

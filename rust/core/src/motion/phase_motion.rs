@@ -229,6 +229,14 @@ impl CoupledMotion<'_> {
         !matches!(self.kind, Kind::Law(..))
     }
 
+    /// The contact in a plane whose slip has ended where the panel begins.
+    pub fn stopped(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Law(motion, operator) => motion.stopped(operator),
+            _ => None,
+        }
+    }
+
     /// Whose law does not hold from here on, and why.
     pub fn exhausted(&self) -> Option<(LawOf, LawEnd)> {
         match &self.kind {
@@ -247,6 +255,9 @@ impl CoupledMotion<'_> {
                 motion.expand(self.scene, operator, self.functions, panel);
             }
             Kind::Law(motion, operator) => motion.expand(operator, self.functions, panel),
+        }
+        if !self.basis.cones.is_empty() {
+            panel.form_cones(&self.basis.cones);
         }
     }
 

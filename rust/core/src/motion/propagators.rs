@@ -176,6 +176,7 @@ impl Propagators {
             functions: event_functions(&self.scene, &combination)?,
             propagator: Propagator::Blocks(blocks.zip(bases).collect()),
             combination,
+            cones: Vec::new(),
             condensed: None,
             fitted: None,
         })

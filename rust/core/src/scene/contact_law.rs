@@ -74,6 +74,8 @@ pub struct ContactInput {
     pub springs: Springs,
     /// A state in place of Coulomb friction: `friction` and `static_friction` are 0, and the normal force is given.
     pub state: Option<ContactState>,
+    /// Of friction in a plane: the contact along the other direction, with the same numbers but its own slider speed.
+    pub beside: Option<usize>,
 }
 
 /// Stiffness of a compliant contact, N/m, along each of its directions; None: rigid.
@@ -104,7 +106,7 @@ pub enum Directions {
     Both,
     /// A stop: statuses `+` (closed) and `d`.
     Normal,
-    /// Friction under a given normal force: statuses `+`, `-` and `s`.
+    /// Friction under a given normal force: statuses `+`, `-` and `s`; in a plane `o` and `s`.
     Tangential,
 }
 
@@ -112,9 +114,9 @@ impl Directions {
     /// Whether a contact with these directions can have a status.
     pub const fn admit(self, status: Status) -> bool {
         match self {
-            Directions::Both => true,
+            Directions::Both => !matches!(status, Status::Slipping),
             Directions::Normal => matches!(status, Status::Positive | Status::Detached),
-            Directions::Tangential => status.is_closed(),
+            Directions::Tangential => status.is_closed() && !matches!(status, Status::Slipping),
         }
     }
 }
@@ -140,7 +142,19 @@ pub struct Contact {
     pub restitution: f64,
     /// Initial clearance, m.
     pub gap: f64,
+    /// The other direction of friction in a plane.
+    pub plane: Option<Plane>,
     pub(crate) inertia: Inertia,
+}
+
+/// What one direction of friction in a plane knows of the other one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Index of the contact along the other direction.
+    pub beside: usize,
+    /// Its tangential coordinate, and the speed of the slider along it, m/s.
+    pub tangential: usize,
+    pub slider_speed: f64,
 }
 
 impl Contact {
@@ -170,6 +184,24 @@ impl Contact {
     /// Speed of the slider, m/s; 1 of a stop, whose one closed status is `+`.
     pub(crate) fn drive(&self) -> f64 {
         if self.directions == Directions::Normal { 1.0 } else { self.slider_speed }
+    }
+
+    /// The status of steady sliding; None where the slider rests.
+    pub(crate) fn driven(&self) -> Option<Status> {
+        match self.plane {
+            None => Status::driven_by(self.drive()),
+            Some(plane) => {
+                (self.slider_speed != 0.0 || plane.slider_speed != 0.0).then_some(Status::Slipping)
+            }
+        }
+    }
+
+    /// Whether it can have a status.
+    pub(crate) fn admits(&self, status: Status) -> bool {
+        match self.plane {
+            None => self.directions.admit(status),
+            Some(_) => matches!(status, Status::Slipping | Status::Sticking),
+        }
     }
 }
 
@@ -272,6 +304,7 @@ impl ContactInput {
             slider_speed: self.slider_speed,
             restitution: self.restitution,
             gap: self.gap,
+            plane: None,
             inertia,
         }
     }
@@ -324,6 +357,42 @@ impl ContactInput {
         }
         Ok(())
     }
+}
+
+/// Refuses two directions that are not one plane: each names the other, and both have the same numbers.
+pub(crate) fn check_planes(contacts: &[ContactInput]) -> Result<(), Error> {
+    for (contact, law) in contacts.iter().enumerate() {
+        let Some(beside) = law.beside else { continue };
+        let refused = |reason| Err(Error::Plane { contact, reason });
+        let Some(other) = contacts.get(beside).filter(|other| other.beside == Some(contact)) else {
+            return refused("a contact that does not name it as its other direction");
+        };
+        if beside == contact {
+            return refused("itself as its other direction");
+        }
+        if law.normal.is_some() || law.tangential.is_none() {
+            return refused(
+                "a normal force that changes; state a normal_force in place of the normal direction",
+            );
+        }
+        if law.springs.tangential.is_some() {
+            return refused(
+                "a tangential_stiffness; tie a dof with a small mass to the body by springs",
+            );
+        }
+        if law.state.is_some() {
+            return refused("friction with a state");
+        }
+        let numbers = |of: &ContactInput| [of.friction, of.static_friction, of.normal_force];
+        if numbers(law) != numbers(other) {
+            return refused("another coefficient or normal force along its other direction");
+        }
+        if law.friction == 0.0 {
+            let argument = format!("contact {contact}: friction");
+            return Err(Error::Range { argument, requirement: "> 0 in a plane", value: 0.0 });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses entries of a direction that are not finite, of no dof, or not in the order of dofs.

@@ -212,7 +212,7 @@ impl Scene {
             drive: None,
             bare: None,
         };
-        scene.with_states(states)
+        scene.with_planes(&stated.contacts)?.with_states(states)
     }
 
     /// Number of contact coordinates without those that carry loads.
@@ -403,8 +403,15 @@ impl Scene {
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
-            if !law.directions.admit(status) {
+            if let Some(plane) = law.plane
+                && (!law.admits(status) || combination.statuses()[plane.beside] != status)
+            {
+                let (beside, combination) = (plane.beside, combination.to_string());
+                return Err(Error::PlaneStatuses { contact, beside, combination });
+            }
+            if !law.admits(status) {
                 let (direction, expected) = match law.directions {
+                    Directions::Both => ("second tangential", "'+', '-', 's' or 'd'"),
                     Directions::Normal => ("tangential", "'+' (closed) or 'd'"),
                     _ => ("normal", "'+', '-' or 's'"),
                 };

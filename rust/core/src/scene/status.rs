@@ -18,16 +18,19 @@ pub enum Status {
     Sticking,
     /// `d`: open, no force.
     Detached,
+    /// `o`: closed, slips in a plane along two directions, T of both opposite to the slip velocity, `|T| = mu N`.
+    Slipping,
 }
 
 impl Status {
-    /// The letter of the status in a combination: `+`, `-`, `s` or `d`.
+    /// The letter of the status in a combination: `+`, `-`, `s`, `d` or `o`.
     pub const fn letter(self) -> char {
         match self {
             Status::Positive => '+',
             Status::Negative => '-',
             Status::Sticking => 's',
             Status::Detached => 'd',
+            Status::Slipping => 'o',
         }
     }
 
@@ -45,7 +48,7 @@ impl Status {
         !matches!(self, Status::Detached)
     }
 
-    /// Whether the contact slides in either direction.
+    /// Whether the contact slides along a line, in either direction.
     pub const fn is_sliding(self) -> bool {
         matches!(self, Status::Positive | Status::Negative)
     }
@@ -59,12 +62,12 @@ impl Status {
         }
     }
 
-    /// T / (mu N) of a sliding contact, 0 otherwise.
+    /// T / (mu N) of a contact that slides along a line, 0 otherwise.
     pub const fn friction_sign(self) -> f64 {
         match self {
             Status::Positive => 1.0,
             Status::Negative => -1.0,
-            Status::Sticking | Status::Detached => 0.0,
+            Status::Sticking | Status::Detached | Status::Slipping => 0.0,
         }
     }
 }
@@ -88,6 +91,7 @@ impl Combination {
                 '-' => Some(Status::Negative),
                 's' => Some(Status::Sticking),
                 'd' => Some(Status::Detached),
+                'o' => Some(Status::Slipping),
                 _ => None,
             })
             .collect();

@@ -153,6 +153,15 @@ impl Family {
     pub fn fill(&self, template: &mut Template, row: &[f64]) {
         for (&slot, &value) in self.slots.iter().zip(row) {
             visit(template, slot, |entry| *entry = value);
+            let shared =
+                matches!(slot.field, Field::Friction | Field::StaticFriction | Field::NormalForce);
+            if let (true, Some(place), Template::Scene(input)) = (shared, slot.place, &*template)
+                && let Some(beside) = input.contacts[place].beside
+            {
+                // Both directions of friction in a plane have one.
+                let slot = Slot { place: Some(beside), ..slot };
+                visit(template, slot, |entry| *entry = value);
+            }
         }
         let contacts = match template {
             Template::Chain(chain) => &mut chain.contacts,

@@ -41,6 +41,7 @@ pub type ContactData<'py> = (
     f64,
     SpringData,
     Option<LawData>,
+    Option<usize>,
 );
 
 /// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4;
@@ -71,6 +72,7 @@ pub fn contact_inputs(
                 force,
                 springs,
                 law,
+                beside,
             ) = contact;
             Ok(core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
@@ -83,6 +85,7 @@ pub fn contact_inputs(
                 gap: *gap,
                 springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
                 state: law.as_ref().map(state).transpose()?.flatten(),
+                beside: *beside,
             })
         })
         .collect()

@@ -192,6 +192,12 @@ impl Scene {
         Ok(self.resting(py)?.has_friction_laws())
     }
 
+    /// Whether friction acts in a plane.
+    #[getter]
+    fn has_planes(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.resting(py)?.has_planes())
+    }
+
     /// Whether the scene has springs or dampers that are no entries of its matrices.
     #[getter]
     fn has_elements(&self, py: Python<'_>) -> PyResult<bool> {

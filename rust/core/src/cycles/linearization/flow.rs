@@ -64,6 +64,10 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
+        if let Some([contact, _]) = scene.planes().next() {
+            let reason = "the linearised motion of limit cycles, their multipliers and branches";
+            return Err(Error::Plane { contact, reason });
+        }
         let linear = of_phase(scene, &basis.combination);
         let by_law = linear.sliding_by_law(&basis.combination).next().is_some()
             || linear.nonlinear_elements().next().is_some();

@@ -58,7 +58,15 @@ impl Kernel for Bound<'_> {
     fn run<S: Lanes>(self, simd: S) -> PanelBound {
         let Self { motion, scene, operator, scale } = self;
         let LawMotion {
-            taylor, contacts, coupling, sizes, shortenings, convolutions, powers, ..
+            taylor,
+            contacts,
+            planes,
+            coupling,
+            sizes,
+            shortenings,
+            convolutions,
+            powers,
+            ..
         } = motion;
         let shortenings = *shortenings + TO_COME;
         let in_product = product_units(shortenings);
@@ -67,7 +75,8 @@ impl Kernel for Bound<'_> {
         if let Some(rows) = &operator.taylor.dense {
             taylor.measure_outputs(simd, rows, sizes, powers);
         }
-        let reach = operator.taylor.norm() * taylor.width;
+        let widened = operator.widened(scene);
+        let reach = widened * operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
@@ -214,6 +223,11 @@ impl Kernel for Bound<'_> {
             lipschitz = together(lipschitz, one.force_norm * gain);
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
+        for (one, series) in operator.planes.iter().zip(&*planes) {
+            let [cut, round] = series.error(one, units);
+            truncated = together(truncated, taylor.width * one.force_norm * cut);
+            rounded = together(rounded, taylor.width * one.force_norm * round);
+        }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
         let of_orders: f64 = match scene.coupled_mass {
@@ -221,9 +235,9 @@ impl Kernel for Bound<'_> {
             None => operator.taylor.largest_of(sizes, 1.0).run(simd),
             Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
         };
-        let load = taylor.width * taylor.force_norm(&operator.taylor);
+        let load = widened * taylor.width * taylor.force_norm(&operator.taylor);
         rounded += UNIT * in_row * (reach * of_orders + load);
-        let exponent = (reach + taylor.width * lipschitz).max(taylor.width * flowing);
+        let exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound

@@ -7,5 +7,6 @@ pub(crate) mod motion;
 mod neighbours;
 pub(crate) mod operator;
 mod panel_end;
+pub(crate) mod plane;
 mod recurrences;
 pub(crate) mod series;

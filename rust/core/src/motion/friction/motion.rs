@@ -9,6 +9,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
+use crate::motion::friction::plane::PlaneSeries;
 use crate::motion::friction::series::coefficients::{UNIT, scale, size};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
@@ -33,6 +34,8 @@ pub(super) const STALLED: usize = 1000;
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
+/// Units of rounding of a state below which a slip in a plane is at rest.
+const UNRESOLVED: f64 = 8.0;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -144,6 +147,11 @@ pub(crate) struct LawMotion {
     share: f64,
     /// How often the series was scaled to a shorter panel.
     pub(super) shortenings: usize,
+    /// Those that slip in a plane.
+    pub(super) planes: Vec<PlaneSeries>,
+    /// The one whose slip ends with the panel, and the one whose slip has ended.
+    stopping: Option<usize>,
+    stopped: Option<usize>,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
@@ -165,8 +173,9 @@ impl Kernel for Shorten<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, _: S) {
-        let Self { motion: LawMotion { taylor, contacts, powers: all, .. }, powers } = self;
+        let Self { motion: LawMotion { taylor, contacts, planes, powers: all, .. }, powers } = self;
         taylor.shorten_by(&powers);
+        planes.iter_mut().for_each(|series| series.shorten(&powers));
         scale(all, &powers);
         for Sliding { series, normal, force, beyond, friction_beyond, .. } in contacts {
             series.shorten(&powers);
@@ -202,9 +211,27 @@ impl LawMotion {
         u: &[f64],
     ) {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
+        self.taylor.width = operator.taylor.width();
+        let own = operator.taylor.equation.scene(scene);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
+        (self.stopping, self.stopped) = (None, None);
         (self.share, self.left_out) = (1.0, 0.0);
+        self.planes.resize_with(operator.planes.len(), PlaneSeries::default);
+        for (place, (one, series)) in operator.planes.iter().zip(&mut self.planes).enumerate() {
+            let reaction = one.coordinates.map(|row| {
+                let mut load = self.taylor.force[row] + self.taylor.load_of(own, row, 0);
+                for element in operator.contacts.iter().filter(|law| law.is_element()) {
+                    let force = element.excess(q, u);
+                    let terms = element.direction.iter().filter(|term| term.0 == row);
+                    load += terms.map(|term| element.sign * term.1 * force).sum::<f64>();
+                }
+                load
+            });
+            if series.begin(one, u, reaction) {
+                self.stopped = Some(place);
+            }
+        }
         self.contacts.resize_with(operator.contacts.len(), Sliding::default);
         let pairs = operator.paired.div_ceil(SHARING);
         self.convolutions.resize_with(pairs, Convolutions::new);
@@ -255,6 +282,17 @@ impl LawMotion {
         self.taylor.end()
     }
 
+    /// Whether the panel is the last one of a slip in a plane.
+    #[cfg(test)]
+    pub fn ends_slip(&self) -> bool {
+        self.stopping.is_some()
+    }
+
+    /// The contact in a plane whose slip has ended here.
+    pub fn stopped(&self, operator: &LawOperator) -> Option<usize> {
+        self.stopped.map(|place| operator.planes[place].contacts[0])
+    }
+
     /// Whose law does not hold from here on, and why.
     pub fn exhausted(&self, operator: &LawOperator) -> Option<(LawOf, LawEnd)> {
         self.ended.map(|(place, end)| (operator.contacts[place].of, end))
@@ -268,6 +306,9 @@ impl LawMotion {
     /// The series on the next panel, and how far it holds.
     fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.width = operator.taylor.width();
+        if self.stopped.is_some() {
+            return;
+        }
         if self.share < 1.0 {
             self.taylor.begin_within(self.share);
         }
@@ -281,6 +322,7 @@ impl LawMotion {
             self.recur_in_range(scene, operator);
         }
         self.ended = self.ended.or_else(|| self.end_of_flow(operator));
+        self.end_slip(scene, operator);
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -296,6 +338,11 @@ impl LawMotion {
             let factor = factor.min(STEEPEST / bound.exponent);
             if bound.holds {
                 // None of it grows on a shorter panel, and truncation of the state falls with the 30th power of the width.
+                // What the series of a beginning slip leaves out begins at lower orders.
+                if factor < 1.0 && self.planes.iter().any(PlaneSeries::begins) {
+                    self.shorten(factor);
+                    continue;
+                }
                 let factor = factor.min(1.0);
                 self.left_out = bound.of_shorter(factor);
                 for sliding in &mut self.contacts {
@@ -317,6 +364,23 @@ impl LawMotion {
         self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator, scale);
+    }
+
+    /// Makes the panel the last one of a slip in a plane that ends within it.
+    fn end_slip(&mut self, scene: &Scene, operator: &LawOperator) {
+        self.stopping = None;
+        let (rate, width) = (operator.taylor.norm(), self.taylor.width);
+        let unresolved = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
+        let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
+        let ends = ends.filter_map(|(place, (one, series))| {
+            Some((place, series.end(one, width, rate, unresolved)?))
+        });
+        let Some((place, time)) = ends.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        let others = self.planes.iter_mut().enumerate().filter(|&(other, _)| other != place);
+        others.for_each(|(_, series)| series.end_later());
+        self.taylor.begin_within(time / width);
+        self.recur(scene, operator);
+        self.stopping = Some(place);
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {
@@ -384,7 +448,7 @@ impl LawMotion {
                     lowest(row)
                 }
             };
-            panel.excluded[index] = least > error;
+            panel.excluded[index] = least > error && function.cone.is_none();
             if let (Source::Row(place), false) = (source, panel.excluded[index]) {
                 let row = panel.row(index);
                 let scaled = self.powers.iter().zip(self.taylor.products.row(rows, place));
@@ -427,6 +491,8 @@ impl LawMotion {
     pub fn advance(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.step(&operator.taylor);
         self.ended = self.ended.or(self.ends.take());
+        self.stopped = self.stopping.take();
+        self.planes.iter_mut().for_each(PlaneSeries::go_on);
         if let Some((place, piece)) = self.next.take() {
             self.contacts[place].series.piece = piece;
         }
@@ -439,7 +505,7 @@ impl LawMotion {
         let mut stalled = 0;
         while time > self.end() {
             // The motion is known up to here, and a time beyond is so by rounding.
-            if let Some((_, LawEnd::Unresolved)) = self.ended {
+            if self.is_known_to_its_start_alone() {
                 return true;
             }
             // Where a law has ended the phase, panels may shrink without end.
@@ -451,13 +517,16 @@ impl LawMotion {
             self.advance(scene, operator);
             stalled = if self.end() > before { 0 } else { stalled + 1 };
         }
-        time <= self.end()
+        time <= self.end() || self.stopped.is_some()
     }
 
     /// The state on the panel; one that cannot be resolved is known at its start alone.
     pub fn state(&self, operator: &LawOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let unresolved = matches!(self.ended, Some((_, LawEnd::Unresolved)));
-        let offset = if unresolved { 0.0 } else { offset };
+        let offset = if self.is_known_to_its_start_alone() { 0.0 } else { offset };
         self.taylor.state(&operator.taylor, offset, q, u);
+    }
+
+    fn is_known_to_its_start_alone(&self) -> bool {
+        self.stopped.is_some() || matches!(self.ended, Some((_, LawEnd::Unresolved)))
     }
 }

@@ -3,6 +3,7 @@
 //! Friction at rest is a part of the linear equation of motion, `q'' = A(q, q')`; what the law adds to it is a force along
 //! the contact, `+-(mu(|s|) - mu(0)) N`. N is affine in the state, and where contacts are coupled, in these forces.
 
+use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -12,6 +13,7 @@ use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
+use crate::motion::friction::plane::PlaneContact;
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
@@ -34,6 +36,8 @@ pub(crate) struct LawOperator {
     pub(super) contacts: Vec<LawContact>,
     /// The first ones, whose forces are products of series.
     pub(super) paired: usize,
+    /// Contacts that slip in a plane.
+    pub(super) planes: Vec<PlaneContact>,
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
     pub(super) response: Option<Response>,
@@ -204,7 +208,28 @@ impl LawOperator {
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
         let (outputs, sources) = outputs(&contacts, functions);
-        if taylor.dense.is_some() {
+        let along = |contact: usize| {
+            let tangential = scene.contacts[contact].tangential;
+            (tangential, driven(&[(tangential, 1.0)]).1)
+        };
+        let plane = |[first, second]: [usize; 2]| {
+            let (along, across) = (along(first), along(second));
+            let coordinates = [along.0, across.0];
+            let velocity = Functional { velocity: vec![(along.0, 1.0)], ..Functional::default() };
+            PlaneContact {
+                contacts: [first, second],
+                coordinates,
+                slider: [first, second].map(|contact| scene.contacts[contact].slider_speed),
+                limit: scene.limit_in_plane(first),
+                mass: coordinates.map(|k| own.mass.get(k, k)),
+                force_norm: along.1.max(across.1),
+                slip_norm: taylor.dual_norm(own, &velocity),
+            }
+        };
+        let planes: Vec<PlaneContact> = scene.slipping_in_planes(combination).map(plane).collect();
+        if !planes.is_empty() {
+            taylor.dense = None;
+        } else if taylor.dense.is_some() {
             let of = |one: &LawContact| {
                 one.direction.iter().map(|&(k, weight)| (k, one.sign * weight)).collect()
             };
@@ -214,7 +239,12 @@ impl LawOperator {
         }
         let alone = contacts.iter().rev().take_while(|one| one.is_alone()).count();
         let paired = contacts.len() - alone;
-        Ok(Self { taylor, contacts, paired, response, sources, terms })
+        Ok(Self { taylor, contacts, paired, planes, response, sources, terms })
+    }
+
+    /// What bounds of matrices grow by in the norm with both velocities of a plane as one entry, where the norm is the largest one.
+    pub fn widened(&self, scene: &Scene) -> f64 {
+        if self.planes.is_empty() || scene.coupled_mass.is_some() { 1.0 } else { SQRT_2 }
     }
 
     /// Where slip has no mass: the rate at which its coordinate follows the others, 1/s, for a slope of the friction force over

@@ -2,6 +2,7 @@
 
 use crate::motion::friction::motion::{Coupling, LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::plane::{PlaneSeries, Planes};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::taylor::motion::TaylorMotion;
@@ -132,6 +133,7 @@ struct ByMatrices<'a> {
     taylor: &'a mut TaylorMotion,
     base: &'a [f64],
     laws: Laws<'a>,
+    planes: Planes<'a>,
     scene: &'a Scene,
 }
 
@@ -140,12 +142,9 @@ impl Kernel for ByMatrices<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { taylor, base, mut laws, scene } = self;
+        let Self { taylor, base, mut laws, mut planes, scene } = self;
         for k in 0..COEFFICIENTS {
             laws.extend(simd, k, taylor);
-            if k == DEGREE {
-                break;
-            }
             if k == 0 {
                 taylor.force.copy_from_slice(base);
             } else {
@@ -153,6 +152,14 @@ impl Kernel for ByMatrices<'_> {
             }
             for (one, sliding) in laws.operator.contacts.iter().zip(&*laws.contacts) {
                 one.push(sliding.force[k], &mut taylor.force);
+            }
+            if !planes.contacts.is_empty() {
+                let mut load = std::mem::take(&mut taylor.force);
+                planes.push(scene, taylor, k, &mut load);
+                taylor.force = load;
+            }
+            if k == DEGREE {
+                break;
             }
             taylor.order(scene, &laws.operator.taylor, k, true);
         }
@@ -163,12 +170,15 @@ impl Kernel for ByMatrices<'_> {
 impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
-        let Self { taylor, base, contacts, coupling, convolutions, unit, .. } = self;
+        let Self { taylor, base, contacts, planes, coupling, convolutions, unit, .. } = self;
         convolutions.iter_mut().for_each(Convolutions::clear);
         let laws = Laws { operator, contacts, convolutions, coupling };
         match &operator.taylor.dense {
             Some(rows) => unit.run(taylor.orders_by_rows(rows, 0..COEFFICIENTS, true, laws)),
-            None => unit.run(ByMatrices { taylor, base, laws, scene }),
+            None => {
+                let planes = Planes { contacts: &operator.planes, series: planes };
+                unit.run(ByMatrices { taylor, base, laws, planes, scene });
+            }
         }
         self.convolutions.iter_mut().for_each(|all| all.close(COEFFICIENTS));
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
@@ -199,6 +209,7 @@ impl LawMotion {
                 };
                 part.min(of_slip).min(of_state)
             });
+            let part = self.planes.iter().map(PlaneSeries::part).fold(part, f64::min);
             if !(part > 0.0 && part < 1.0) {
                 break;
             }

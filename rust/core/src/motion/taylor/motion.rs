@@ -273,6 +273,18 @@ impl TaylorMotion {
         [q, dq]
     }
 
+    /// The coefficient of order k of the velocity of a coordinate.
+    pub(crate) fn rate_of(&self, coordinate: usize, k: usize) -> f64 {
+        (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    }
+
+    /// What the motion adds to the load of a row in order k, `-(K q + C q')`.
+    pub(crate) fn load_of(&self, scene: &Scene, row: usize, k: usize) -> f64 {
+        let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
+        let rate = (k + 1) as f64 / self.width;
+        -scene.stiffness.row_dot(row, q) - rate * scene.damping.row_dot(row, dq)
+    }
+
     /// The rate of a coordinate in order k, from which follows the next order of its place.
     pub(crate) fn flow(&mut self, coordinate: usize, k: usize, rate: f64) {
         self.terms[(k + 1) * self.size + coordinate] = self.width * rate / (k + 1) as f64;
@@ -419,7 +431,7 @@ impl TaylorMotion {
             }
             panel.error[index] = own + of_state;
             panel.curvature_error[index] = rounding * higher + of_state;
-            panel.excluded[index] = lowest > of_state;
+            panel.excluded[index] = lowest > of_state && function.cone.is_none();
             if !panel.excluded[index] {
                 panel.row(index)[0] = start;
                 self.open.push(index);
@@ -456,7 +468,8 @@ impl TaylorMotion {
         for &index in &self.open {
             let (constant, others) = panel.row(index).split_at(1);
             let lowest = others.iter().fold(constant[0], |sum, c| sum + c.min(0.0));
-            panel.excluded[index] = lowest > panel.error[index];
+            let excluded = lowest > panel.error[index] && functions[index].cone.is_none();
+            panel.excluded[index] = excluded;
         }
     }
 

@@ -126,7 +126,7 @@ impl Scene {
 
     /// Whether forces in a phase are no linear functions of the state.
     pub(crate) fn is_nonlinear(&self) -> bool {
-        self.laws.is_some() || self.nonlinear_elements().next().is_some()
+        self.laws.is_some() || self.has_planes() || self.nonlinear_elements().next().is_some()
     }
 
     /// F without what elements and bristles bring along.

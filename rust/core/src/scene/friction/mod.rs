@@ -5,5 +5,6 @@ pub(crate) mod contact_state;
 pub(crate) mod decay;
 pub(crate) mod formula;
 pub(crate) mod law;
+pub(crate) mod plane;
 pub(crate) mod steady;
 pub(crate) mod with_states;

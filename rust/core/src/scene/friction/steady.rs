@@ -37,6 +37,10 @@ impl Scene {
             }
             let Some(law) = given else { continue };
             law.validate(contact)?;
+            if self.contacts[contact].plane.is_some() {
+                let reason = "friction that depends on slip speed; state a number";
+                return Err(Error::Plane { contact, reason });
+            }
             if self.contacts[contact].tangential_has_mass() {
                 continue;
             }
@@ -160,9 +164,13 @@ impl Scene {
             let of_state = self.state_of(contact).map(|own| own.steady_friction(slip));
             of_state.unwrap_or_else(|| self.friction_at(contact, &still))
         };
-        match self.states {
+        let steady = match self.states {
             Some(_) => Cow::Owned(self.without_states().with_friction(friction).into_owned()),
             None => self.with_friction(friction),
+        };
+        match self.has_planes() {
+            true => Cow::Owned(steady.into_owned().with_slip_forces(&still)),
+            false => steady,
         }
     }
 
@@ -178,9 +186,13 @@ impl Scene {
                 linear
             })
         };
-        match self.tangent(q, u) {
+        let in_state = match self.tangent(q, u) {
             Cow::Owned(tangent) => Cow::Owned(at_slip(&tangent).unwrap_or(tangent)),
             Cow::Borrowed(scene) => at_slip(scene).map_or(Cow::Borrowed(scene), Cow::Owned),
+        };
+        match self.has_planes() {
+            true => Cow::Owned(in_state.into_owned().with_slip_forces(u)),
+            false => in_state,
         }
     }
 
@@ -188,6 +200,15 @@ impl Scene {
     pub(crate) fn linearised(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
         if self.has_elements() {
             let about = self.about_rest(combination)?;
+            return Ok(Cow::Owned(about.linearised(combination)?.into_owned()));
+        }
+        if self.has_planes() {
+            let damping = self.with_dampers_across(combination);
+            let still = vec![0.0; self.size];
+            let mut about = self.clone().with_slip_forces(&still);
+            if let Some(damping) = damping {
+                (about.damping, about.proportional) = (damping, None);
+            }
             return Ok(Cow::Owned(about.linearised(combination)?.into_owned()));
         }
         if self.laws.is_none() {

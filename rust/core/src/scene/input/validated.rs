@@ -4,7 +4,7 @@ use crate::error::input::Error;
 use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
-use crate::scene::contact_law::{ContactInput, check_finite};
+use crate::scene::contact_law::{ContactInput, check_finite, check_planes};
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::loads::input::Loads;
 
@@ -68,6 +68,7 @@ impl Validated {
         for (contact, law) in input.contacts.iter().enumerate() {
             law.validate(contact, size)?;
         }
+        check_planes(&input.contacts)?;
         input.loads.validate(size, input.contacts.len())?;
         let mut force = input.force;
         for load in &input.loads.steps {

@@ -42,7 +42,7 @@ impl Scene {
             return Ok(vec![0.0; self.size]);
         }
         let slides = |(contact, &status): (usize, &Status)| match status {
-            Status::Sticking => Status::driven_by(self.contacts[contact].drive()).ok_or(contact),
+            Status::Sticking => self.contacts[contact].driven().ok_or(contact),
             _ => Ok(status),
         };
         let statuses = combination.statuses().iter().enumerate().map(slides);

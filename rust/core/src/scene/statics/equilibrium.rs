@@ -28,9 +28,11 @@ impl Scene {
     /// `-slider_speed`; stops open or closed as the equilibrium has them, and closed where there is none. It is the default
     /// wherever a combination is asked for.
     pub fn sliding_combination(&self) -> Result<Combination, Error> {
-        let statuses = self.contacts.iter().enumerate().map(|(contact, law)| {
-            Status::driven_by(law.drive()).ok_or(Error::NoSlidingDirection { contact })
-        });
+        let statuses = self
+            .contacts
+            .iter()
+            .enumerate()
+            .map(|(contact, law)| law.driven().ok_or(Error::NoSlidingDirection { contact }));
         let closed = Combination::new(statuses.collect::<Result<Vec<_>, _>>()?);
         let stops = self.contacts_with(|directions| directions == Directions::Normal);
         if stops.is_empty() {
@@ -47,7 +49,7 @@ impl Scene {
 
     /// The combination with one contact closed if it is open, and open if it is closed.
     fn exchanged(&self, combination: &Combination, contact: usize) -> Combination {
-        let closed = Status::driven_by(self.contacts[contact].drive());
+        let closed = self.contacts[contact].driven();
         let open = combination.statuses()[contact].is_closed();
         let other = if open { Status::Detached } else { closed.unwrap_or(Status::Positive) };
         combination.with(contact, other)

@@ -44,7 +44,8 @@ pub struct Steady {
 impl Steady {
     pub(crate) fn new(combination: &Combination, speeds: &[f64], margins: Vec<f64>) -> Self {
         let driven = combination.statuses().iter().zip(speeds).all(|(&status, &speed)| {
-            status == Status::Detached || Status::driven_by(speed) == Some(status)
+            matches!(status, Status::Detached | Status::Slipping)
+                || Status::driven_by(speed) == Some(status)
         });
         Self { exists: driven && margins.iter().all(|&margin| margin >= 0.0), margins }
     }

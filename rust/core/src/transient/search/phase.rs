@@ -80,6 +80,13 @@ impl PhaseSearch {
             let width = self.on_panel.panel.width;
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
+            if let Some(contact) = motion.stopped() {
+                self.triggers.clear();
+                self.triggers.push((contact, EventKind::Velocity));
+                self.limits.clear();
+                motion.state(0.0, &mut run.q, &mut run.u);
+                return PhaseEnd::Event { after: motion.start() };
+            }
             let exhausted = motion.exhausted();
             if exhausted.is_some() || !self.on_panel.panel.is_bounded() {
                 if let Some((of, end)) = exhausted {

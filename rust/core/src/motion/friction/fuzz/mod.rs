@@ -1,4 +1,5 @@
 //! Random motions under laws of friction.
 
+mod plane_errors;
 mod state_errors;
 mod true_errors;

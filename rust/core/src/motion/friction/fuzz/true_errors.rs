@@ -30,8 +30,8 @@ use crate::scene::status::Combination;
 const SIZES: [(usize, usize); 8] =
     [(3, 1), (5, 2), (6, 1), (10, 2), (12, 1), (14, 2), (18, 1), (CHAIN, 2)];
 const CHAIN: usize = 64;
-/// Largest difference of two recurrences in an order, relative to its largest coefficient: terms may cancel.
-const DIFFERENCE: f64 = 1e-10;
+/// Largest difference of two recurrences, relative to the largest coefficient of any order.
+const DIFFERENCE: f64 = 1e-13;
 /// Friction of a contact without a law.
 const CONSTANT: f64 = 0.3;
 /// Newton's steps to a slip speed in doubled precision.
@@ -515,23 +515,27 @@ fn difference_of_rows(
     functions: &[EventFunction],
     [q, u]: [&[f64]; 2],
 ) -> f64 {
+    let operator = || LawOperator::new(scene, combination, functions).expect("an operator");
+    // On the panel that its bound allows.
+    let mut motion = LawMotion::default();
+    motion.restart(scene, &operator(), functions, q, u);
+    let part = (motion.end() - motion.start()) / operator().taylor.width();
     let orders = |by_rows: bool| -> Vec<Vec<f64>> {
-        let mut operator = LawOperator::new(scene, combination, functions).expect("an operator");
+        let mut operator = operator();
         if !by_rows {
             operator.taylor.dense = None;
         }
         let mut motion = LawMotion::default();
         motion.begin(scene, &operator, functions, q, u);
+        motion.taylor.begin_within(part);
         motion.recur(scene, &operator);
         (0..COEFFICIENTS).map(|k| motion.taylor.orders(k)[1].to_vec()).collect()
     };
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |all: f64, x| all.max(x.abs()));
-    let pairs = orders(true).into_iter().zip(orders(false)).map(|(found, general)| {
-        let off = largest(&mut found.iter().zip(&general).map(|(a, b)| a - b));
-        let size = largest(&mut general.iter().copied());
-        if size > 0.0 { off / size } else { off }
-    });
-    pairs.fold(0.0, f64::max)
+    let [found, general] = [true, false].map(|by_rows| orders(by_rows).concat());
+    let off = largest(&mut found.iter().zip(&general).map(|(a, b)| a - b));
+    let size = largest(&mut general.iter().copied());
+    if size > 0.0 { off / size } else { off }
 }
 
 static KNOTS: AtomicUsize = AtomicUsize::new(0);

@@ -1,0 +1,441 @@
+//! Friction in a plane: the direction of slip as a series, the error of that, the onset of slip, and its end.
+//!
+//! A contact that slips by w in a plane feels `T = -mu N e`, `e = w / |w|`. In the frame of the direction e_0 with which the panel
+//! begins, `w = s^p (a, b)` with `a > 0`, and
+//!
+//! ```text
+//! t = b / a,   c = (1 + t^2)^(-1/2),   e = (c, t c)
+//! ```
+//!
+//! p is 0 while the contact slips. Slip begins with p = 1 where the friction force drops, as `w_1` is in balance with the forces R
+//! on the contact, `M w' = R - mu N e`; where it does not (`|R| = mu N`), with p = 2: then e follows from the balance across e_0
+//! in every order, and w from that along it. This series of p = 2 is an asymptotic one, taken on a panel that is short enough.
+//!
+//! *Error.* e is the gradient of the convex `|w|`, so `(w_1 - w_2) . (e_1 - e_2) >= 0`: a difference of two motions loses energy by
+//! friction. In the energy norm (and where the norm is the largest entry, in that with `(w_x^2 + w_y^2)^(1/2)` in place of both
+//! entries) only the defect of the series counts, no slope of e, however slow the slip is.
+//!
+//! *End of slip.* With r = |w|, f = |R| and equal masses m, `r (mu N + R . e)` falls at the rate `((mu N)^2 - f^2) / m` while R is constant
+//! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
+//! with r until R is constant over that time to rounding; the last one takes w to zero at a constant rate.
+
+use crate::motion::friction::series::coefficients::{UNIT, scale, size};
+use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::scene::model::Scene;
+
+/// Difference of `|R|` and `mu N`, relative to that, below which slip begins without a drop of friction.
+const EQUAL: f64 = 1e-9;
+/// Time to the end of slip, times the rate of the motion, from which on R is constant: its square is rounding.
+const CONSTANT: f64 = 1e-8;
+/// The same where masses differ, and the time is a bound.
+const NO_TIME: f64 = 8.0 * f64::EPSILON;
+/// A coefficient of the direction from which on a panel is too wide for its series.
+const WIDE: f64 = 1e3;
+/// Steps of Newton's method to the direction in which slip begins where masses differ.
+const NEWTON: usize = 60;
+
+/// A contact that slips in a plane.
+#[derive(Debug)]
+pub(crate) struct PlaneContact {
+    /// The contacts along both directions, and their tangential coordinates.
+    pub contacts: [usize; 2],
+    pub coordinates: [usize; 2],
+    /// Speeds of the slider, m/s.
+    pub slider: [f64; 2],
+    /// mu N
+    pub limit: f64,
+    pub mass: [f64; 2],
+    /// The norm of the operator per unit of force.
+    pub force_norm: f64,
+    /// What an error of the state leaves in w.
+    pub slip_norm: f64,
+}
+
+/// How the series of a panel is found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Course {
+    /// Slip begins with `w = s^p (..)`; p = 0 of slip that goes on.
+    #[default]
+    Slips,
+    /// p = 1 or 2.
+    Begins(usize),
+    /// The force that takes w to zero at the end of the panel.
+    Ends([f64; 2]),
+}
+
+/// One of them along the panel.
+#[derive(Debug, Clone)]
+pub(super) struct PlaneSeries {
+    course: Course,
+    /// e_0
+    direction: [f64; 2],
+    /// w of order k in the frame of e_0.
+    slip: [[f64; COEFFICIENTS]; 2],
+    /// t, `1 + t^2`, c and t c.
+    ratio: [f64; COEFFICIENTS],
+    square: [f64; COEFFICIENTS],
+    along: [f64; COEFFICIENTS],
+    across: [f64; COEFFICIENTS],
+    /// R of order 0 without friction.
+    pub(super) reaction: [f64; 2],
+}
+
+impl Default for PlaneSeries {
+    fn default() -> Self {
+        let none = [0.0; COEFFICIENTS];
+        Self {
+            course: Course::default(),
+            direction: [1.0, 0.0],
+            slip: [none; 2],
+            ratio: none,
+            square: none,
+            along: none,
+            across: none,
+            reaction: [0.0; 2],
+        }
+    }
+}
+
+/// `sum_{from <= i <= k - to} a_i b_{k-i}`
+fn convolved(
+    a: &[f64; COEFFICIENTS],
+    b: &[f64; COEFFICIENTS],
+    k: usize,
+    [from, to]: [usize; 2],
+) -> f64 {
+    (from..=k.saturating_sub(to)).filter(|i| *i <= k).map(|i| a[i] * b[k - i]).sum()
+}
+
+/// The sum of the absolute values of the coefficients of a product from an order on.
+fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
+    let mut sum = 0.0;
+    for k in first..2 * COEFFICIENTS - 1 {
+        let low = (k + 1).saturating_sub(COEFFICIENTS);
+        sum += (low..=k.min(DEGREE)).map(|i| a[i] * b[k - i]).sum::<f64>().abs();
+    }
+    sum
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl PlaneContact {
+    /// w
+    fn slip_at(&self, u: &[f64]) -> [f64; 2] {
+        [0, 1].map(|i| u[self.coordinates[i]] - self.slider[i])
+    }
+
+    /// |w|
+    #[cfg(test)]
+    pub fn speed(&self, u: &[f64]) -> f64 {
+        let [x, y] = self.slip_at(u);
+        x.hypot(y)
+    }
+
+    /// w along and across a direction.
+    fn turned(direction: [f64; 2], w: [f64; 2]) -> [f64; 2] {
+        let [x, y] = direction;
+        [x * w[0] + y * w[1], x * w[1] - y * w[0]]
+    }
+
+    fn turned_back(direction: [f64; 2], w: [f64; 2]) -> [f64; 2] {
+        let [x, y] = direction;
+        [x * w[0] - y * w[1], y * w[0] + x * w[1]]
+    }
+
+    /// Masses along, across, and between both, in the frame of a direction.
+    fn masses(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let [m, n] = self.mass;
+        [m * x * x + n * y * y, m * y * y + n * x * x, (n - m) * x * y]
+    }
+
+    /// The direction in which slip begins under forces R larger than `mu N`: `(M k + mu N) e = R` with `|e| = 1`, k > 0.
+    fn departs(&self, reaction: [f64; 2]) -> [f64; 2] {
+        let [m, n] = self.mass;
+        let of = |k: f64| [reaction[0] / (m * k + self.limit), reaction[1] / (n * k + self.limit)];
+        if m == n {
+            let length = reaction[0].hypot(reaction[1]);
+            return reaction.map(|part| part / length);
+        }
+        // |e| falls and is convex over k: Newton's method comes from below.
+        let mut k = 0.0;
+        for _ in 0..NEWTON {
+            let e = of(k);
+            let length = e[0].hypot(e[1]);
+            let slope = -(m * e[0] * e[0] / (m * k + self.limit)
+                + n * e[1] * e[1] / (n * k + self.limit))
+                / length;
+            let next = k - (length - 1.0) / slope;
+            if !(next > k) {
+                break;
+            }
+            k = next;
+        }
+        let e = of(k);
+        let length = e[0].hypot(e[1]);
+        e.map(|part| part / length)
+    }
+}
+
+impl PlaneSeries {
+    /// Begins a phase in a state with forces R on the contact; whether it rests.
+    pub(super) fn begin(&mut self, one: &PlaneContact, u: &[f64], reaction: [f64; 2]) -> bool {
+        let w = one.slip_at(u);
+        if w != [0.0; 2] {
+            self.course = Course::Slips;
+            return false;
+        }
+        let excess = reaction[0].hypot(reaction[1]) / one.limit - 1.0;
+        self.course = Course::Begins(if excess <= EQUAL { 2 } else { 1 });
+        self.direction = one.departs(reaction);
+        excess < -EQUAL
+    }
+
+    /// The next panel of a phase.
+    pub(super) fn go_on(&mut self) {
+        self.course = Course::Slips;
+    }
+
+    /// Another slip ends before, or with it.
+    pub(super) fn end_later(&mut self) {
+        if matches!(self.course, Course::Ends(_)) {
+            self.course = Course::Slips;
+        }
+    }
+
+    pub(super) fn begins(&self) -> bool {
+        matches!(self.course, Course::Begins(_))
+    }
+
+    /// The friction force of order k, from w of that order and, where slip begins, from the forces R of that order.
+    pub(super) fn extend(
+        &mut self,
+        one: &PlaneContact,
+        k: usize,
+        mut w: [f64; 2],
+        reaction: [f64; 2],
+        width: f64,
+    ) -> [f64; 2] {
+        if k == 0 {
+            w = [0, 1].map(|i| w[i] - one.slider[i]);
+            self.reaction = reaction;
+        }
+        match self.course {
+            Course::Ends(force) => {
+                self.keep(k, w);
+                if k == 0 { force } else { [0.0; 2] }
+            }
+            Course::Slips => {
+                if k == 0 {
+                    let length = w[0].hypot(w[1]);
+                    self.direction = w.map(|part| part / length);
+                }
+                self.keep(k, w);
+                self.follow(k);
+                self.force(one, k)
+            }
+            Course::Begins(power) => {
+                self.keep(k, if k < power { [0.0; 2] } else { w });
+                self.balance(one, k, power, reaction, width);
+                if k == 0 && power == 2 {
+                    // Exactly, so that slip does not begin by rounding.
+                    return reaction.map(|part| -part);
+                }
+                self.force(one, k)
+            }
+        }
+    }
+
+    fn keep(&mut self, k: usize, w: [f64; 2]) {
+        let [along, across] = PlaneContact::turned(self.direction, w);
+        self.slip[0][k] = along;
+        // The panel begins along e_0.
+        self.slip[1][k] = if k == 0 { 0.0 } else { across };
+    }
+
+    /// t, c and t c of order k from w.
+    fn follow(&mut self, k: usize) {
+        let [a, b] = &self.slip;
+        self.ratio[k] = match k {
+            0 => 0.0,
+            _ => (b[k] - convolved(&self.ratio, a, k, [0, 1])) / a[0],
+        };
+        self.root(k);
+        self.across[k] = convolved(&self.ratio, &self.along, k, [0, 0]);
+    }
+
+    /// `1 + t^2` and c of order k, which t of this order does not change.
+    fn root(&mut self, k: usize) {
+        if k == 0 {
+            (self.square[0], self.along[0]) = (1.0, 1.0);
+            return;
+        }
+        self.square[k] = convolved(&self.ratio, &self.ratio, k, [1, 1]);
+        let terms =
+            (1..=k).map(|i| (0.5 * i as f64 - k as f64) * self.square[i] * self.along[k - i]);
+        self.along[k] = terms.sum::<f64>() / k as f64;
+    }
+
+    /// The same from the balance of forces, `(k + 1) / h M w_{k+1} = R_k - mu N e_k` with `w_{k+1} = (a, b)_{k+1-p}`.
+    fn balance(
+        &mut self,
+        one: &PlaneContact,
+        k: usize,
+        power: usize,
+        reaction: [f64; 2],
+        width: f64,
+    ) {
+        let [of_along, of_across, of_both] = one.masses(self.direction);
+        let [along, across] = PlaneContact::turned(self.direction, reaction);
+        let rate = (k + 1) as f64 / width;
+        self.ratio[k] = 0.0;
+        self.root(k);
+        // The known part of t c.
+        let known = convolved(&self.ratio, &self.along, k, [1, 1]);
+        let forward = along - one.limit * self.along[k];
+        let shifted =
+            |of: &[f64; COEFFICIENTS], j: usize| of.get(j + power).copied().unwrap_or(0.0);
+        if power == 1 {
+            // b_k = a_0 t_k + sum t_j a_{k-j}; a_k and b_k are unknown.
+            let first = match k {
+                0 => forward / (rate * of_along),
+                _ => self.slip[0][1],
+            };
+            let lower: f64 = (1..k).map(|j| self.ratio[j] * shifted(&self.slip[0], k - j)).sum();
+            let stiff = rate * of_across + one.limit / first;
+            let right = across - one.limit * (known - lower / first);
+            let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
+            let b = (rate * of_along * right - rate * of_both * forward) / determinant;
+            self.ratio[k] = if k == 0 { 0.0 } else { (b - lower) / first };
+        } else if k > 0 {
+            // w_{k+1}, of which b is known from t and lower orders of a, and a from the balance along e_0.
+            let j = k - 1;
+            let lower: f64 = (1..j).map(|i| self.ratio[i] * shifted(&self.slip[0], j - i)).sum();
+            let first = match j {
+                0 => forward / (rate * of_along),
+                _ => self.slip[0][2],
+            };
+            let b = if j == 0 { 0.0 } else { lower + self.ratio[j] * first };
+            let a = (forward / rate - of_both * b) / of_along;
+            let e = (across - rate * (of_across * b + of_both * a)) / one.limit;
+            self.ratio[k] = e - known;
+        }
+        self.across[k] = known + self.ratio[k];
+    }
+
+    fn force(&self, one: &PlaneContact, k: usize) -> [f64; 2] {
+        let e = [self.along[k], self.across[k]];
+        PlaneContact::turned_back(self.direction, e).map(|part| -one.limit * part)
+    }
+
+    /// The part of the panel on which no order of the direction is large.
+    pub(super) fn part(&self) -> f64 {
+        let order = |k: usize| self.along[k].abs().max(self.across[k].abs());
+        let far = (1..COEFFICIENTS).find(|&k| !(order(k) <= WIDE));
+        far.map_or(1.0, |k| if order(k).is_finite() { order(k).powf(-1.0 / k as f64) } else { 0.1 })
+    }
+
+    pub(super) fn shorten(&mut self, powers: &[f64; ORDERS]) {
+        let [a, b] = &mut self.slip;
+        for of in [a, b, &mut self.ratio, &mut self.square, &mut self.along, &mut self.across] {
+            scale(of, powers);
+        }
+    }
+
+    /// Bounds of the error of the friction force by truncation and by rounding, N.
+    pub(super) fn error(&self, one: &PlaneContact, units: f64) -> [f64; 2] {
+        let power = match self.course {
+            Course::Slips => 0,
+            Course::Begins(power) => power,
+            // R is constant to rounding.
+            Course::Ends(force) => return [0.0, UNIT * units * force[0].hypot(force[1])],
+        };
+        let part = |of: &[f64; COEFFICIENTS]| {
+            let mut part = [0.0; COEFFICIENTS];
+            part[..COEFFICIENTS - power].copy_from_slice(&of[power..]);
+            part
+        };
+        let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
+        let least = a[0] - a[1..].iter().map(|c| (-c).max(0.0)).sum::<f64>();
+        if !(least > 0.0) {
+            return [f64::INFINITY; 2];
+        }
+        let first = COEFFICIENTS - power;
+        let of_ratio = beyond(&self.ratio, &a, first) / least;
+        // c^2 (1 + t^2) - 1
+        let mut both = [0.0; COEFFICIENTS];
+        (0..COEFFICIENTS).for_each(|k| both[k] = convolved(&self.along, &self.along, k, [0, 0]));
+        let of_square = beyond(&self.ratio, &self.ratio, COEFFICIENTS);
+        let [sized, squared] = [size(&both), size(&self.square)];
+        let root = beyond(&both, &self.square, COEFFICIENTS)
+            + beyond(&self.along, &self.along, COEFFICIENTS) * squared
+            + of_square * sized;
+        let of_product = beyond(&self.ratio, &self.along, COEFFICIENTS);
+        let last = self.along[DEGREE].abs() + self.across[DEGREE].abs();
+        let cut = of_ratio + root + of_product + last;
+        let terms = (size(&self.ratio) * size(&a) + size(&b)) / least
+            + sized * squared
+            + size(&self.ratio) * size(&self.along);
+        [one.limit * cut, one.limit * UNIT * units * terms]
+    }
+
+    /// The time until slip ends where that is so short that the forces on the contact are constant; the next panel then
+    /// ends with it.
+    pub(super) fn end(
+        &mut self,
+        one: &PlaneContact,
+        width: f64,
+        rate: f64,
+        unresolved: f64,
+    ) -> Option<f64> {
+        if self.course != Course::Slips {
+            return None;
+        }
+        let r = self.slip[0][0];
+        let [m, n] = one.mass;
+        let reaction = self.reaction;
+        let force = reaction[0].hypot(reaction[1]);
+        let along = dot(reaction, self.direction);
+        let (time, constant) = if force < one.limit {
+            match m == n {
+                true => {
+                    let rate = (one.limit - force) * (one.limit + force);
+                    (m * r * (one.limit + along) / rate, CONSTANT)
+                }
+                false => {
+                    let energy = dot(one.mass, self.direction.map(|e| e * e)).sqrt() * r;
+                    (energy * m.max(n).sqrt() / (one.limit - force), NO_TIME)
+                }
+            }
+        } else {
+            (r * m.max(n) / (one.limit + force), 0.0)
+        };
+        let ends = time * rate <= constant || r <= unresolved * one.slip_norm;
+        if !(ends && time < width) {
+            return None;
+        }
+        let w = self.direction.map(|e| e * r);
+        self.course = Course::Ends([0, 1].map(|i| -reaction[i] - one.mass[i] * w[i] / time));
+        Some(time)
+    }
+}
+
+/// Those that slip in a plane, order by order.
+pub(super) struct Planes<'a> {
+    pub contacts: &'a [PlaneContact],
+    pub series: &'a mut [PlaneSeries],
+}
+
+impl Planes<'_> {
+    /// Adds the friction of order k to the loads, from which its forces R follow.
+    pub fn push(&mut self, scene: &Scene, taylor: &TaylorMotion, k: usize, load: &mut [f64]) {
+        for (one, series) in self.contacts.iter().zip(&mut *self.series) {
+            let w = one.coordinates.map(|row| taylor.rate_of(row, k));
+            let reaction = one.coordinates.map(|row| load[row] + taylor.load_of(scene, row, k));
+            let force = series.extend(one, k, w, reaction, taylor.width);
+            one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);
+        }
+    }
+}

@@ -1,0 +1,222 @@
+"""Friction in a plane: closed forms, motions along lines, turned directions, and a general integrator."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import stickslip as ss
+from plane_scenes import compared, random_scene
+
+#: g, m/s^2, slope, coefficient, speed, m/s; time of the stop, s, its place across and down, m.
+PUCKS = [
+    ((9.81, 0.5, 0.8, 2.0), (0.54413183608894114, 0.32871240846481622, 0.18578786053666366)),
+    ((10.0, 0.3, 0.5, 1.0), (0.33916928382884716, 0.11575127401113722, 0.052458677121198706)),
+]
+
+
+def puck(gravity: float, slope: float, friction: float) -> ss.Scene:
+    """Return a puck of 1 kg on an incline, which falls along y."""
+    return ss.Scene(
+        mass=[1.0, 1.0],
+        stiffness=np.zeros((2, 2)),
+        force=[0.0, gravity * np.sin(slope)],
+        dofs=("x", "y"),
+        contacts=[
+            ss.Contact(
+                tangential=("x", "y"), normal_force=gravity * np.cos(slope), friction=friction, name="puck"
+            )
+        ],
+    )
+
+
+def end(run: ss.Trajectory) -> np.ndarray:
+    last = run.sample(run.duration)
+    return np.concatenate([last.position.values.ravel(), last.velocity.values.ravel()])
+
+
+@pytest.mark.parametrize(("given", "known"), PUCKS)
+def test_a_puck_on_an_incline_stops_where_its_closed_form_says(given, known):
+    *scene, speed = given
+    run = ss.simulate(puck(*scene), 1.0, ss.State([0.0, 0.0], [speed, 0.0], "oo"))
+    assert list(run.events.kind) == ["velocity"]
+    assert list(run.events.contact) == [0]
+    assert run.events.combination[0] == "ss"
+    assert run.events.time[0] == pytest.approx(known[0], rel=2e-15)
+    np.testing.assert_allclose(end(run)[:2], known[1:], rtol=4e-15)
+    # From the throw to the stop, and the rest.
+    assert run.counters["panels"] <= 33
+    lost = run.balance().contacts.work.to_numpy().sum()
+    assert lost == pytest.approx(-0.5 * speed**2 - scene[0] * np.sin(scene[1]) * known[2], rel=1e-14)
+
+
+def test_a_puck_on_the_slope_of_its_friction_keeps_half_its_speed():
+    """It never stops: ``v (1 + cos phi)`` is constant, and v ends as ``v_0 / 2`` down the slope."""
+    run = ss.simulate(puck(9.81, 0.5, float(np.tan(0.5))), 50.0, ss.State([0.0, 0.0], [2.0, 0.0], "oo"))
+    assert len(run.events) == 0
+    for time in (0.3, 1.0, 3.0, 50.0):
+        vx, vy = run.sample(time).velocity.values.ravel()
+        assert np.hypot(vx, vy) + vy == pytest.approx(2.0, rel=1e-13)
+    np.testing.assert_allclose([vx, vy], [0.0, 1.0], atol=1e-12)
+
+
+def test_a_mass_under_a_rotating_load_goes_round_in_a_circle():
+    rate, friction, damping = 0.8, 0.3, 0.05
+    radius = 2.5437483730543945
+    phase = np.angle((1.0 - rate**2) * radius + 1j * (damping * rate * radius + friction))
+    scene = ss.Scene(
+        mass=[1.0, 1.0],
+        stiffness=np.eye(2),
+        damping=damping * np.eye(2),
+        dofs=("x", "y"),
+        loads=[
+            ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
+            ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
+        ],
+        contacts=[ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=friction)],
+    )
+    place = radius * np.array([np.cos(phase), -np.sin(phase)])
+    start = ss.State(place, rate * np.array([-place[1], place[0]]), "oo")
+    run = ss.simulate(scene, 2 * np.pi / rate, start)
+    assert len(run.events) == 0
+    np.testing.assert_allclose(end(run)[:2], place, atol=5e-15)
+    balance = run.balance()
+    turn = 2 * np.pi * radius
+    assert balance.contacts.work.to_numpy().sum() == pytest.approx(-friction * turn, rel=1e-14)
+    assert abs(balance.residual) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("ratio", "known"),
+    [(1.0, 0.83462684167407319), (2.0, 0.64263768177312447), (10.0, 0.23441565423091321)],
+)
+def test_vibration_across_lowers_the_friction_of_sliding(ratio, known):
+    """The mean of ``1 / sqrt(1 + a^2 cos^2)`` is ``2 K(m) / (pi sqrt(1 + a^2))``, ``m = a^2 / (1 + a^2)``."""
+    assert known == pytest.approx(
+        2 / np.pi * ellipk(ratio**2 / (1 + ratio**2)) / np.hypot(1, ratio), rel=1e-15
+    )
+    speed, frequency, heavy = 0.5, 10.0, 1e9
+    scene = ss.Scene(
+        mass=[heavy, heavy],
+        stiffness=np.zeros((2, 2)),
+        dofs=("x", "y"),
+        contacts=[
+            ss.Contact(
+                tangential=("x", "y"),
+                normal_force=1.0,
+                friction=0.3,
+                slider_speed=(speed, 0.0),
+                slider_vibration=(None, ss.Harmonic(ratio * speed, frequency)),
+            )
+        ],
+    )
+    run = ss.simulate(scene, 1.0 / frequency, ss.State([0.0, 0.0], [0.0, 0.0], "oo"))
+    # On a mass that hardly moves the slider does the work of the mean friction.
+    work = run.balance().contacts.slider.to_numpy()[0].sum()
+    assert work * frequency / (0.3 * speed) == pytest.approx(known, rel=1e-9)
+
+
+def oscillator(direction: np.ndarray | None, speed: float) -> ss.Scene:
+    """Return a mass on springs with friction along x, or in a plane turned by an angle."""
+    along = {"normal_force": 5.0, "friction": 0.5, "static_friction": 0.7}
+    if direction is None:
+        contact = ss.Contact(tangential="x", slider_speed=speed, **along)
+        return ss.Scene([1.0], [[30.0]], [[0.2]], force=[1.0], dofs=("x",), contacts=[contact])
+    stiffness, damping = 30.0 * np.eye(2), 0.2 * np.eye(2)
+    contact = ss.Contact(tangential=("x", "y"), slider_speed=tuple(speed * direction), **along)
+    return ss.Scene([1.0, 1.0], stiffness, damping, force=direction, dofs=("x", "y"), contacts=[contact])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.4])
+def test_motion_along_a_line_has_the_events_of_that_line(angle):
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    line = ss.simulate(oscillator(None, 0.3), 10.0, ss.State([0.1], [-1.0], "+"))
+    plane = ss.simulate(oscillator(direction, 0.3), 10.0, ss.State(0.1 * direction, -1.0 * direction, "oo"))
+    kinds = ["slip" if kind.startswith("slip") else kind for kind in line.events.kind]
+    assert kinds == list(plane.events.kind)
+    assert len(kinds) > 6
+    np.testing.assert_allclose(plane.events.time, line.events.time, rtol=2e-15, atol=0)
+    np.testing.assert_allclose(direction @ end(plane)[:2], end(line)[0], rtol=1e-14)
+
+
+def test_turned_directions_change_nothing():
+    events = 0
+    rng = np.random.default_rng(1)
+    for seed in range(60):
+        scene, start, duration = random_scene(np.random.default_rng(seed))
+        if (scene.mass[::2] != scene.mass[1::2]).any():
+            continue
+        first = ss.simulate(scene.scene(), duration, start)
+        second = ss.simulate(scene.scene(rng.uniform(0.0, 2 * np.pi)), duration, start)
+        assert list(first.events.kind) == list(second.events.kind)
+        np.testing.assert_allclose(first.events.time, second.events.time, rtol=1e-13)
+        np.testing.assert_allclose(end(first), end(second), atol=1e-13)
+        events += len(first.events)
+    assert events > 30
+
+
+@pytest.mark.parametrize("seed", [0, 5, 11, 1010, 1031])
+def test_random_scenes_agree_with_a_general_integrator(seed):
+    events, times, state = compared(seed)
+    assert (events > 3) == (seed > 0)
+    assert times < 1e-9
+    assert state < 1e-9
+
+
+def test_energy_closes_and_friction_never_gives_any():
+    for seed in range(20):
+        scene, start, duration = random_scene(np.random.default_rng(seed))
+        run = ss.simulate(scene.scene(), duration, start)
+        balance = run.balance()
+        assert abs(balance.residual) < 1e-12 * max(abs(balance.external), 1.0)
+        times = np.linspace(0.0, duration, 200)
+        sampled = run.energy(times)
+        heat = sampled.slider_power.to_numpy() - sampled.contact_power.to_numpy()
+        assert heat.min() > -1e-13
+
+
+def test_an_onset_without_a_drop_of_friction_takes_few_panels():
+    """A mass on a slider, pulled until the force on it is at the limit: slip begins with its rate zero."""
+    scene = ss.Scene(
+        mass=[1.0, 1.0],
+        stiffness=np.diag([20.0, 30.0]),
+        dofs=("x", "y"),
+        contacts=[ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.5, slider_speed=(0.2, 0.1))],
+    )
+    run = ss.simulate(scene, 1.0, ss.State([0.0, 0.0], [0.2, 0.1], "ss"))
+    assert list(run.events.kind) == ["slip"]
+    # The forces at the limit: (20 * 0.2)^2 + (30 * 0.1)^2 = (0.5 / t)^2.
+    assert run.events.time[0] == pytest.approx(0.1, rel=1e-15)
+    stuck = ss.simulate(scene, run.events.time[0], ss.State([0.0, 0.0], [0.2, 0.1], "ss"))
+    assert run.counters["panels"] - stuck.counters["panels"] <= 40
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"normal": "z", "normal_force": None}, "a normal force that changes"),
+        ({"friction": 0.0}, "> 0 in a plane"),
+        ({"slider_speed": 0.1}, "expected a pair"),
+        ({"tangential_stiffness": 1e3}, "a tangential_stiffness"),
+        ({"friction": ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)}, "depends on slip speed"),
+        ({"friction": ss.friction.Dahl(kinetic=0.4, stiffness=100.0)}, "friction with a state"),
+    ],
+)
+def test_what_is_not_computed_in_a_plane_is_refused(changes, said):
+    given = {"tangential": ("x", "y"), "normal_force": 1.0, "friction": 0.3} | changes
+    with pytest.raises(ss.InputError, match=said):
+        ss.Scene(np.ones(3), np.eye(3), dofs=("x", "y", "z"), contacts=[ss.Contact(**given)])
+
+
+def test_both_directions_have_one_status():
+    scene = puck(9.81, 0.5, 0.8)
+    with pytest.raises(ss.InputError, match="contacts 0 and 1 are friction in one plane"):
+        ss.simulate(scene, 1.0, ss.State([0.0, 0.0], [1.0, 0.0], "os"))
+    with pytest.raises(ss.InputError, match="friction in one plane"):
+        ss.complex_modes(scene, "+-")
+
+
+def test_a_number_of_one_direction_is_that_of_both():
+    scene = puck(9.81, 0.5, 0.8).replace(friction_puck_x=0.9)
+    assert [contact.friction for contact in scene.contacts] == [0.9, 0.9]
+    faster = scene.replace(slider_speed_puck_y=0.3)
+    assert [contact.slider_speed for contact in faster.contacts] == [0.0, 0.3]
