@@ -58,6 +58,13 @@ def test_blocks_are_typed_line_by_line(tmp_path):
         pages.run(page)
 
 
+def test_a_block_that_needs_what_is_not_installed_is_left_out(tmp_path):
+    page = tmp_path / "page.md"
+    for name, printed in (("no_such_package", "2\n"), ("math", "1\n")):
+        page.write_text(f"<!-- needs {name} -->\n```python\nprint(1)\n```\n\n```text\n2\n```\n")
+        assert pages.run(page) == [("print(1)\n", "2\n", printed)]
+
+
 def test_commands_are_run_and_verbs_exist(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert pages.entered("stickslip --version  # words\nmake reproduce\n").startswith("stickslip")
@@ -112,7 +119,7 @@ def test_the_index_names_every_page_once():
 
 
 #: Public names over all namespaces, each counted once; and types of results, for annotations alone.
-NAMES, TYPES = 90, 24
+NAMES, TYPES = 90, 25
 
 
 def test_namespaces_show_their_public_names_and_nothing_else():

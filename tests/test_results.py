@@ -17,6 +17,7 @@ from scipy.linalg import block_diag
 
 import stickslip as ss
 from stickslip import types
+from stickslip.show.mesh import Mesh
 
 
 def plane_of():
@@ -81,6 +82,9 @@ def examples():
         "BranchPoint": unstable,
         "Balance": cycle.balance(),
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
+        "View": types.View(
+            Mesh(np.eye(2), np.array([[0, -1], [-1, 1]]), {}), np.ones((2, 2)), 0.1, 1.0, ("", ""), "m"
+        ),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
         "NoSteadyStateError": ss.NoSteadyStateError("contact 0 would pull"),
@@ -100,7 +104,7 @@ NAMES = [
     "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
     "NotPeriodicError", "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "Scene",
     "Spring", "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError",
-    "Switched", "Trajectory",
+    "Switched", "Trajectory", "View",
 ]  # fmt: skip
 
 
@@ -397,7 +401,7 @@ def test_every_result_has_a_dataset_a_summary_and_a_drawing(name, tmp_path):
 
 #: What names a thing that is drawn, or is drawn itself: the only arguments without a keyword.
 NAMING = {
-    "contacts", "displacement", "dof", "dofs", "masses", "number", "numbers", "values",
+    "contacts", "displacement", "displacements", "dof", "dofs", "masses", "number", "numbers", "values",
     "branches", "combination", "data", "effects", "energy", "estimate", "estimates", "flow", "indices",
     "lines", "mode", "moments", "output", "results",
 }  # fmt: skip
@@ -423,7 +427,8 @@ def follows_the_rule(draw):
     for name in owners:
         assert signature.parameters[name].default is None
     # Matplotlib is imported for types only where a result has one drawing.
-    returned = {"Axes": Axes, "Figure": Figure, "FuncAnimation": FuncAnimation}[signature.return_annotation]
+    kinds = {one.__name__: one for one in (Axes, Figure, FuncAnimation, types.View)}
+    returned = kinds[signature.return_annotation]
     assert owners == {Axes: {"ax"}, Figure: {"figure"}}.get(returned, set()), draw
     first = inspect.getdoc(draw).split("\n\n")[0]
     assert "return the Axes" in first if returned is Axes else f"Return a {returned.__name__}" in first, first
@@ -435,7 +440,7 @@ def test_every_drawing_returns_what_its_docstring_says(name):
     result = examples()[name]
     for method, draw in drawings(result.plot).items():
         returned = follows_the_rule(draw)
-        if method == "mesh":
+        if method in ("mesh", "view"):
             continue
         given = {"ax": Figure().subplots()} if returned is Axes else {}
         if method == "animate":

@@ -14,6 +14,7 @@ from .modes.status_table import StatusTable
 from .motion.energy import Balance
 from .motion.events import Accumulation, Event, Events, Grazing
 from .motion.motion import Motion
+from .scene.drawing.view import View
 from .scene.reduction import Reduced
 from .scene.state import Equilibrium
 from .transient.batch import Outcome
@@ -43,4 +44,5 @@ __all__ = [
     "Reduced",
     "StabilityBoundary",
     "StatusTable",
+    "View",
 ]

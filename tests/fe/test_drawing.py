@@ -1,5 +1,6 @@
 """A scene of meshed bodies, drawn."""
 
+import sys
 from types import SimpleNamespace
 
 import matplotlib
@@ -123,3 +124,10 @@ def test_pairs_on_a_line_in_space(along, names, count):
     shown = [points[:, "xyz".index(name)] for name in (names if count > 1 else "xy")]
     np.testing.assert_allclose(spots.get_offsets(), 1e3 * np.column_stack(shown))
     assert np.ptp(axes.get_xlim()) > 0.0 < np.ptp(axes.get_ylim())
+
+
+def test_without_pyvista_the_message_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    scene = ss.fe.assemble(block(2, 1))
+    with pytest.raises(ss.InputError, match=r"view: this needs pyvista; pip install 'stickslip\[pyvista\]'"):
+        scene.plot.view(np.zeros(scene.size))

@@ -5,6 +5,7 @@
 
 import code
 import contextlib
+import importlib.util
 import io
 import re
 import shlex
@@ -21,6 +22,8 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 #: A block that is typed, and the block of text just below it, if there is one.
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n+```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
+#: What stands above a block that is typed only where a package is installed.
+NEEDS = re.compile(r"<!-- needs (\w+) -->\n\Z")
 
 
 class Session(code.InteractiveConsole):
@@ -35,10 +38,14 @@ class Session(code.InteractiveConsole):
 
 def run(page):
     """Type the blocks of a page; return, for each that shows output, block, shown and printed."""
-    session, results = Session(filename=str(page)), []
-    for match in BLOCK.finditer(page.read_text(encoding="utf-8")):
+    session, results, text = Session(filename=str(page)), [], page.read_text(encoding="utf-8")
+    for match in BLOCK.finditer(text):
         language, block, shown = match.groups()
-        printed = typed(session, block) if language == "python" else entered(block)
+        needed = NEEDS.search(text[: match.start()])
+        if needed and importlib.util.find_spec(needed[1]) is None:
+            printed = shown
+        else:
+            printed = typed(session, block) if language == "python" else entered(block)
         if shown is not None:
             results.append((block, shown, printed))
     return results

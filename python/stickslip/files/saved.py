@@ -19,12 +19,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stickslip.scene.drawing.view import View
+
 #: Width of the largest figure, m.
 LARGEST = 10.0
 
 
 def save(
-    what: Scene | Case | Labelled | xr.Dataset | xr.DataArray | Figure | Axes,
+    what: Scene | Case | Labelled | xr.Dataset | xr.DataArray | Figure | Axes | View,
     path: str | Path,
     *,
     matrices: Matrices | None = None,
@@ -51,6 +53,9 @@ def save(
         suffix names; the same figure gives the same bytes. If the figure has several panels, they bear
         letters. Axes have units that suit what they show. If the figure has no layout engine and its border
         would cut a legend or label, the layout becomes "constrained".
+
+        A 3D view of a mesh, ``scene.plot.view(...)``: a picture is written as ``.png``, a film as ``.gif`` or
+        ``.mp4``.
     path
         The file: for a scene usually ``.toml``; for a result ``.nc``, ``.zarr``, which is a folder and
         needs zarr (``stickslip[study]``), or a table ``.csv``, which `load` does not read back; for a figure
@@ -91,6 +96,12 @@ def save(
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stickslip.scene.drawing.view import View, save_view
+
+    if isinstance(what, View):
+        _refuse(options, what)
+        save_view(what, path)
+        return
     if not isinstance(what, Figure | Axes):
         expected = "a Scene, a Case, a result with to_dataset, an xarray dataset or array, a figure or axes"
         raise InputError(f"what: expected {expected}, got {described(what)}")

@@ -277,7 +277,7 @@ class Scene(Shown):
 
     @property
     def plot(self) -> ScenePlots:
-        """Pictures: ``scene.plot()``, bodies, springs and sliders; ``scene.plot.mesh(displacement)``."""
+        """Pictures: ``scene.plot()`` by its matrices, ``scene.plot.mesh()``, in 3D ``scene.plot.view()``."""
         from stickslip.scene.drawing.figures import ScenePlots
 
         return ScenePlots(self)

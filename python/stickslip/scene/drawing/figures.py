@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real
+from stickslip.scene.drawing.displacements import mesh_of
 from stickslip.scene.drawing.schematic import NAMED, PART, Column, Schematic, Structured, schematic
+from stickslip.scene.drawing.view import View, view_of
 from stickslip.show.plots import Plots, axes_of
 from stickslip.show.style import STABLE
 
@@ -87,6 +89,47 @@ class ScenePlots(Plots[Structured]):
         """
         return draw_mesh(self._result, self._displacement(displacement), scale, title, ax)
 
+    def view(
+        self,
+        displacements: Any,
+        *,
+        mode: int | None = None,
+        phase: float = 0.0,
+        frames: int | None = None,
+        scale: float | None = None,
+    ) -> View:
+        """Return a View of the mesh in 3D, by pyvista: a picture of one instant, a film of several.
+
+        The displacement moves the mesh, its length at that instant colours it. A notebook shows the view, and
+        `save` writes it: a picture as ``.png``, a film as ``.gif`` or ``.mp4``. No screen is needed, but
+        pyvista is: ``pip install 'stickslip[pyvista]'``.
+
+        Parameters
+        ----------
+        displacements
+            Of a motion what `Motion.sample` returns, a film of its k times if there are several, or a
+            `State` or a vector (n,), m: a picture. Of complex modes `Modes`, the Dataset that
+            `Modes.to_dataset` returns, or one shape, a complex vector (n,). What belongs to a reduced scene
+            goes through `Reduction.expand` first, and the scene is the full one.
+        mode
+            Number of the mode, if there are several; None: the least stable one.
+        phase
+            Phase at which a mode is shown, or at which its film begins, rad: ``Re(shape e^{j phase})``,
+            without growth or decay.
+        frames
+            Instants of a film of one period of a mode, >= 2; None: a picture.
+        scale
+            Factor of the displacements; None: the largest is 0.08 of the size of the mesh.
+
+        Raises
+        ------
+        InputError
+            If pyvista is missing, the scene has no points or cells that VTK does not know, the displacements
+            are not of its dofs or not finite, there is no such mode, or a phase, frames or a mode are given
+            for a motion.
+        """
+        return view_of(self._result, displacements, mode, phase, frames, scale)
+
     def _displacement(self, values: ArrayLike) -> Any:
         given, size = np.asarray(values), len(self._result.dofs)
         if given.shape != (size,) or given.dtype.kind not in "iufc":
@@ -145,9 +188,7 @@ def _coil(first: Real, last: Real) -> Real:
 
 def draw_mesh(scene: Structured, displacement: Any, scale: float | None, title: str, ax: Axes | None) -> Axes:
     """Draw the mesh of a scene displaced; see `ScenePlots.mesh`."""
-    mesh = scene.mesh
-    if mesh is None:
-        raise InputError("scene: it has no points; make it by stickslip.fe.assemble of bodies with points")
+    mesh = mesh_of(scene)
     faces = mesh.faces()
     if not faces:
         raise InputError("scene: its mesh has no cells that can be drawn")
