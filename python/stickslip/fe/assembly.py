@@ -146,8 +146,16 @@ def _mesh(bodies: Sequence[Body]) -> Mesh | None:
         return None
     cells: dict[str, list[Any]] = {}
     dofs, before, first = [], 0, 0
-    for body, mesh in zip(bodies, known, strict=True):
-        dofs.append(np.where(mesh.dofs >= 0, mesh.dofs + before, -1))
+    sums = [
+        scipy.sparse.csr_array((0, body.size)) if mesh.dependent is None else mesh.dependent
+        for body, mesh in zip(bodies, known, strict=True)
+    ]
+    # Sums stand behind the dofs of all bodies.
+    behind = sum(body.size for body in bodies)
+    for body, mesh, rows in zip(bodies, known, sums, strict=True):
+        own, others = mesh.dofs + before, mesh.dofs - body.size + behind
+        dofs.append(np.where(mesh.dofs < 0, -1, np.where(mesh.dofs < body.size, own, others)))
+        behind += rows.shape[0]
         for kind, nodes in mesh.cells.items():
             cells.setdefault(kind, []).append(nodes + first)
         before, first = before + body.size, first + len(mesh.points)
@@ -155,4 +163,5 @@ def _mesh(bodies: Sequence[Body]) -> Mesh | None:
         np.concatenate([mesh.points for mesh in known]),
         np.concatenate(dofs),
         {kind: np.concatenate(nodes) for kind, nodes in cells.items()},
+        _joined(sums) if any(rows.shape[0] for rows in sums) else None,
     )

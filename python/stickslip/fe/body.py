@@ -15,7 +15,7 @@ from stickslip.fe.elastic import elastic_matrices, mesh_parts
 from stickslip.fe.matrices import square
 from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
-from stickslip.scene.checks import MatrixLike, Real, described, real_array
+from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_number
 from stickslip.scene.contact import nearest
 from stickslip.scene.laws.damping import DampingLike, Rayleigh
 from stickslip.show.mesh import Mesh
@@ -56,8 +56,10 @@ class Body(Shown):
         Name with which the names of the dofs begin in a scene ("pad.12.1"); dofs of different bodies must
         have different names. None: the names of the dofs stay as they are.
     dependent
-        Displacements "node.direction" that are no dofs because they depend on others (a tie, a rigid body).
-        Others that are missing among `dofs` are held. Contacts and loads there are refused.
+        Displacements "node.direction" that are no dofs because they depend on others (a tie, a rigid body),
+        each with its weights by dof: ``{"4.1": {"3.1": 1.0}}``. Contacts, loads and drawings use them. A list
+        alone says that the weights are not known; contacts and loads there are refused. All else that is
+        missing among `dofs` is held.
 
     Attributes
     ----------
@@ -86,7 +88,7 @@ class Body(Shown):
         surfaces: Mapping[str, ArrayLike] | None = None,
         name: str | None = None,
         notes: Sequence[str] = (),
-        dependent: Sequence[str] = (),
+        dependent: Sequence[str] | Mapping[str, Mapping[str, float] | None] = (),
     ) -> None:
         if name is not None and not (isinstance(name, str) and name.strip()):
             raise InputError(f"name: expected a text that is not empty, or None, got {name!r}")
@@ -114,7 +116,7 @@ class Body(Shown):
         if len(self.place) != size:
             twice = next(dof for k, dof in enumerate(self.dofs) if self.place[_split(dof)] != k)
             raise InputError(f"dofs: {twice!r} names more than one dof")
-        self.dependent = frozenset(map(_split, dependent))
+        self.dependent = self._checked(dependent)
         self._known = {int(node): k for k, node in enumerate(self.nodes)}
         if self.points is not None:
             for dof in self.dofs:
@@ -138,18 +140,41 @@ class Body(Shown):
         """Names of the dofs in a scene: with the name of the body, if it has one."""
         return self.dofs if self.name is None else tuple(f"{self.name}.{dof}" for dof in self.dofs)
 
-    def dof_name(self, place: str, node: int, direction: int) -> str | None:
-        """Return the name in a scene of a displacement of a node; None: it is held.
+    def _checked(self, dependent: Any) -> dict[tuple[int, int], dict[tuple[int, int], float] | None]:
+        """Return the weights of dependent displacements; None: they are not known."""
+        weights: dict[tuple[int, int], dict[tuple[int, int], float] | None] = {}
+        given = dependent if isinstance(dependent, Mapping) else dict.fromkeys(dependent)
+        for name, parts in given.items():
+            key = _split(name)
+            if parts is not None and key in self.place:
+                raise InputError(f"dependent: {name!r} is a dof")
+            weights[key] = parts and {
+                _split(dof): real_number(f"dependent[{name!r}]", w) for dof, w in parts.items()
+            }
+            for dof in weights[key] or ():
+                if dof not in self.place:
+                    raise InputError(f"dependent[{name!r}]: '{dof[0]}.{dof[1]}' is no dof")
+        return weights
+
+    def displacement(self, place: str, node: int, direction: int) -> dict[str, float]:
+        """Return a displacement of a node as weights of dofs by their names in a scene; none: it is held.
 
         Raises
         ------
         InputError
-            If it depends on others; the message begins with `place`.
+            If it depends on others in a way that is not known; the message begins with `place`.
         """
-        if (node, direction) in self.dependent:
-            raise InputError(f"{place}: displacement {node}.{direction} is no dof, it depends on others")
-        k = self.place.get((node, direction))
-        return None if k is None else self.names[k]
+        key = (node, direction)
+        if key in self.dependent:
+            weights = self.dependent[key]
+            if weights is None:
+                raise InputError(
+                    f"{place}: displacement {node}.{direction} is no dof, it depends on others, and how "
+                    "is not known; see body.notes"
+                )
+            return {self.names[self.place[dof]]: weight for dof, weight in weights.items()}
+        k = self.place.get(key)
+        return {} if k is None else {self.names[k]: 1.0}
 
     def node_places(self, argument: str, nodes: Any, *ranks: int) -> NDArray[np.int64]:
         """Return the places of nodes among the points, for an array of node numbers.
@@ -207,7 +232,14 @@ class Body(Shown):
             if dofs.body is not self:
                 raise InputError(f"dofs: surface {dofs.name!r} is one of another body")
             asked = [(int(node), k) for node in dofs.numbers for k in directions]
-            gone = [self.place[key] for key in asked if self.dof_name("dofs", *key) is not None]
+            gone = [self.place[key] for key in asked if key in self.place and key not in self.dependent]
+            for key in asked:
+                others = self.displacement("dofs", *key).keys() - {self.names[k] for k in gone}
+                if others:
+                    raise InputError(
+                        f"dofs: displacement {key[0]}.{key[1]} depends on {min(others)}, which stays free; "
+                        "hold that too"
+                    )
         else:
             table = {name: k for names in (self.dofs, self.names) for k, name in enumerate(names)}
             listed = list(dofs)
@@ -217,10 +249,15 @@ class Body(Shown):
             gone = [table[dof] for dof in listed]
         kept = np.setdiff1d(np.arange(self.size), gone)
         dofs = tuple(self.dofs[k] for k in kept)
+        place = {_split(dof): k for k, dof in enumerate(dofs)}
+        dependent = {
+            key: weights and {dof: weight for dof, weight in weights.items() if dof in place}
+            for key, weights in self.dependent.items()
+        }
         matrices = {key: getattr(self, key) for key in MATRICES}
         return self._with(
             {key: value[kept][:, kept] for key, value in matrices.items() if scipy.sparse.issparse(value)}
-            | {"dofs": dofs, "place": {_split(dof): k for k, dof in enumerate(dofs)}}
+            | {"dofs": dofs, "place": place, "dependent": dependent}
         )
 
     def lumped(self) -> Body:
@@ -267,7 +304,12 @@ class Body(Shown):
         for (node, direction), k in self.place.items():
             if direction <= self.points.shape[1]:
                 places[self._known[node], direction - 1] = k
-        return Mesh(self.points, places, self.cells)
+        rows: list[dict[int, float]] = []
+        for (node, direction), weights in self.dependent.items():
+            if weights and node in self._known and direction <= self.points.shape[1]:
+                places[self._known[node], direction - 1] = self.size + len(rows)
+                rows.append({self.place[dof]: weight for dof, weight in weights.items()})
+        return Mesh(self.points, places, self.cells, _matrix(rows, self.size) if rows else None)
 
     @classmethod
     def elastic(
@@ -400,6 +442,12 @@ def _nodes(points: Any) -> tuple[NDArray[np.int64], Real | None]:
         k = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
         raise InputError(f"points: must be finite, got {rows[k]} at node {nodes[k]}")
     return nodes, rows
+
+
+def _matrix(rows: list[dict[int, float]], size: int) -> scipy.sparse.csr_array:
+    pointers = np.cumsum([0, *map(len, rows)])
+    columns, values = [k for row in rows for k in row], [w for row in rows for w in row.values()]
+    return scipy.sparse.csr_array((values, columns, pointers), shape=(len(rows), size))
 
 
 def _split(dof: str) -> tuple[int, int]:

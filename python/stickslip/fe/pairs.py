@@ -234,7 +234,7 @@ def _opposite(
     if second.facets is None:
         weights, normals, gaps = _nearest_nodes(first, second, reach)
     else:
-        weights, normals, gaps = _feet(first, second, reach)
+        weights, normals, gaps = feet(first, second, reach)
         if first.facets is not None:
             there = np.isfinite(gaps)
             same = np.einsum("ij,ij->i", normals[there], first.normals[there]) > 0.0
@@ -262,8 +262,12 @@ def _nearest_nodes(first: Surface, second: Surface, reach: float | None) -> tupl
     return [[(int(k), 1.0)] for k in nearest], normals, gaps
 
 
-def _feet(first: Surface, second: Surface, reach: float | None) -> tuple[list[Weights], Real, Real]:
-    """Pair nodes with points of facets, along the normal of the second surface."""
+def feet(first: Surface, second: Surface, reach: float | None) -> tuple[list[Weights], Real, Real]:
+    """Pair nodes with points of facets, along the normal of the second surface.
+
+    Returns for each node the places of the nodes of the second surface with their weights, the normal (k, d),
+    and the gap (k,), m; a node that meets no facet has no weights and the gap nan.
+    """
     assert second.facets is not None
     corners = second.points[second.facets]
     size = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
@@ -376,7 +380,6 @@ def _entries(
         for k, component in enumerate(direction):
             if abs(component) <= ROUNDING:
                 continue
-            name = body.dof_name(f"first: pair of node {node}", number, k + 1)
-            if name is not None:
-                entries[name] = entries.get(name, 0.0) + float(weight * component)
+            for name, part in body.displacement(f"first: pair of node {node}", number, k + 1).items():
+                entries[name] = entries.get(name, 0.0) + float(weight * component) * part
     return entries

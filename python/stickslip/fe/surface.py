@@ -47,8 +47,8 @@ class Meshed(Protocol):
     points: Real | None
     cells: dict[str, NDArray[np.int64]]
 
-    def dof_name(self, place: str, node: int, direction: int) -> str | None:
-        """Return the name in a scene of a displacement of a node; None: it is held."""
+    def displacement(self, place: str, node: int, direction: int) -> dict[str, float]:
+        """Return a displacement of a node as weights of dofs by their names in a scene; none: it is held."""
 
 
 class Surface:
@@ -239,13 +239,14 @@ class Surface:
         return number
 
     def _loaded(self, argument: str, forces: Real) -> dict[str, float]:
-        # A held dof takes no force: its support does.
-        return {
-            name: float(force)
-            for node, row in zip(self.numbers, forces, strict=True)
-            for k, force in enumerate(row)
-            if force and (name := self.body.dof_name(argument, int(node), k + 1)) is not None
-        }
+        # A held dof takes no force: its support does. The force on a dependent one acts on those of its sum.
+        loads: dict[str, float] = {}
+        for node, row in zip(self.numbers, forces, strict=True):
+            for k, force in enumerate(row):
+                if force:
+                    for name, weight in self.body.displacement(argument, int(node), k + 1).items():
+                        loads[name] = loads.get(name, 0.0) + weight * float(force)
+        return loads
 
     def __len__(self) -> int:
         return len(self.numbers)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 #: Corners of the faces of a cell by the name that meshio gives its kind; of a plane cell it is one.
@@ -30,20 +31,36 @@ class Mesh:
     points
         Positions at rest, (p, d) with d = 2 or 3, m.
     dofs
-        (p, d): which dof of the scene displaces a point in a direction, -1: none, it is held there.
+        (p, d): which dof of the scene displaces a point in a direction, -1: none, it is held there. From n on
+        it is a row of `dependent`.
     cells
         Node places of the cells by meshio's name of their kind, (m, k) each; none: only points are known.
+    dependent
+        Displacements that are sums of dofs, (k, n) weights; None: there are none.
     """
 
     points: NDArray[np.float64]
     dofs: NDArray[np.int64]
     cells: Mapping[str, NDArray[np.int64]]
+    dependent: scipy.sparse.csr_array | None = None
 
     def displacements(self, position: NDArray[Any]) -> NDArray[Any]:
         """Return the displacements (..., p, d) of the points for displacements (..., n) of the dofs, m."""
         held = np.zeros((*position.shape[:-1], 1), dtype=position.dtype)
+        parts = [position, held]
+        if self.dependent is not None:
+            rows = position.reshape(-1, position.shape[-1])
+            parts.insert(1, (self.dependent @ rows.T).T.reshape(*position.shape[:-1], -1))
         # The place -1 is the last one: a dof that does not move.
-        return np.concatenate([position, held], axis=-1)[..., self.dofs]
+        return np.concatenate(parts, axis=-1)[..., self.dofs]
+
+    def weights(self, place: int) -> list[tuple[int, float]]:
+        """Return the dofs, and their weights, of a place in `dofs`."""
+        if self.dependent is None or place < self.dependent.shape[1]:
+            return [(place, 1.0)] if place >= 0 else []
+        row = place - self.dependent.shape[1]
+        own = slice(*self.dependent.indptr[row : row + 2])
+        return list(zip(self.dependent.indices[own].tolist(), self.dependent.data[own].tolist(), strict=True))
 
     def faces(self) -> list[NDArray[np.int64]]:
         """Return the faces that bound the cells, of plane cells the cells, as node places around each."""

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import package
 from stickslip.show.mesh import FACES, boundary_faces
 
-#: Cards of a deck that make dofs of some nodes functions of those of others.
-DEPENDENCES = ("EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING")
+#: Cards of a deck that make dofs of some nodes functions of those of others, or turn their axes.
+DEPENDENCES = ("EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "KINEMATIC COUPLING", "TRANSFORM")
 #: Directions that a boundary condition of Abaqus holds by its name.
 CONDITIONS = {
     "ENCASTRE": (1, 2, 3, 4, 5, 6),
@@ -35,6 +35,27 @@ SOLIDS = {
 }
 
 
+class Card(NamedTuple):
+    """A card of a deck.
+
+    Attributes
+    ----------
+    place
+        File, line and keyword.
+    keyword
+        Its keyword, in capitals like all of it.
+    options
+        What stands beside the keyword.
+    rows
+        The fields of its lines.
+    """
+
+    place: str
+    keyword: str
+    options: dict[str, str]
+    rows: list[list[str]]
+
+
 @dataclass
 class Deck:
     """Nodes of a CalculiX or Abaqus deck, what holds or ties them, and what is named in it.
@@ -45,8 +66,8 @@ class Deck:
         Node numbers in the order of the file.
     held
         Node and direction of what `*BOUNDARY` holds.
-    dependence
-        The first card that ties dofs to others, with its line; None: there is none.
+    constraints
+        The cards that tie dofs to others or turn the axes of nodes.
     rotations
         Node and direction of the dofs of a `ROT NODE`, which are rotations.
     sets
@@ -59,11 +80,25 @@ class Deck:
 
     numbers: list[int] = field(default_factory=list)
     held: set[tuple[int, int]] = field(default_factory=set)
-    dependence: str | None = None
+    constraints: list[Card] = field(default_factory=list)
     rotations: set[tuple[int, int]] = field(default_factory=set)
     sets: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
     faces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
     unread: list[str] = field(default_factory=list)
+
+    def nodes(self, place: str, name: str) -> list[int]:
+        """Return the nodes of a set, or the node of a number.
+
+        Raises
+        ------
+        InputError
+            If there is no such set.
+        """
+        if name in self.sets:
+            return self.sets[name]
+        if not name.isdecimal():
+            raise InputError(f"{place}: there is no set of nodes {name!r}")
+        return [int(name)]
 
     def surfaces(self, cells: Mapping[str, Any]) -> dict[str, list[Any]]:
         """Return parts of the boundary of a mesh by name, as facets of one kind, or else as nodes.
@@ -80,17 +115,9 @@ class Deck:
             found[name] = facets if alike else sorted(within)
         return {name: nodes for name, nodes in (found | self.faces).items() if nodes}
 
-    def dependent(self, dofs: tuple[str, ...]) -> list[str]:
-        """Return the displacements that neither are among the dofs nor held: they depend on others."""
-        if self.dependence is None:
-            return []
-        known, held = set(dofs), self.held
-        missing = ((node, k) for node in self.numbers for k in (1, 2, 3) if f"{node}.{k}" not in known)
-        return [f"{node}.{k}" for node, k in (*(one for one in missing if one not in held), *self.rotations)]
-
 
 def read_deck(path: Path) -> Deck:
-    """Return node numbers, boundary conditions, dependences, sets and surfaces of a deck.
+    """Return node numbers, boundary conditions, constraints, sets and surfaces of a deck.
 
     Raises
     ------
@@ -132,7 +159,7 @@ def read_deck(path: Path) -> Deck:
                 directions = _directions(path, number, what)
                 deck.held |= {(node, k) for node in _nodes(path, number, where, sets) for k in directions}
         elif card in DEPENDENCES:
-            deck.dependence = deck.dependence or f"{path.name}, line {number}: *{card}"
+            deck.constraints.append(Card(f"{path.name}, line {number}: *{card}", card, options, rows))
             if node := options.get("ROT NODE"):
                 deck.rotations |= {(_number(path, number, node), k) for k in (1, 2, 3)}
     if len(set(deck.numbers)) < len(deck.numbers):

@@ -52,7 +52,7 @@ def read_punch(path: Path) -> dict[str, tuple[scipy.sparse.csr_array, tuple[str,
         place = f"{path}, line {number}"
         if not line.strip() or line.startswith("$"):
             continue
-        head, fields = _fields(line)
+        head, fields = fields_of(line)
         if head == "DMIG":
             name, second = fields[0].upper(), fields[1]
             if second == "0":
@@ -72,12 +72,12 @@ def read_punch(path: Path) -> dict[str, tuple[scipy.sparse.csr_array, tuple[str,
             if node or direction or value:
                 matrix.columns.append(column)
                 matrix.rows.append(_dof(place, [node, direction]))
-                matrix.values.append(_number(place, value))
+                matrix.values.append(number_of(place, value))
                 matrix.lines.append(number)
     return {name: _assembled(path, name, matrix) for name, matrix in matrices.items()}
 
 
-def _fields(line: str) -> tuple[str, list[str]]:
+def fields_of(line: str) -> tuple[str, list[str]]:
     """Return the first field without its star, and the others, at least eight."""
     if "," in line:
         first, *others = line.split(",")
@@ -110,7 +110,8 @@ def _dof(place: str, fields: list[str]) -> tuple[int, int]:
     return int(node), max(int(direction or 0), 1)
 
 
-def _number(place: str, told: str) -> float:
+def number_of(place: str, told: str) -> float:
+    """Return a number of Nastran, whose exponent may lack its letter."""
     match = _NUMBER.match(told)
     if match is None:
         raise InputError(f"{place}: expected a number, got {described(told)}")

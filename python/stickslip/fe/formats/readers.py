@@ -16,6 +16,9 @@ import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.fe.body import Body
+from stickslip.fe.formats.bulk import BULK, bulk_constraints
+from stickslip.fe.formats.cards import deck_constraints
+from stickslip.fe.formats.constraints import Constraints, constrained
 from stickslip.fe.formats.deck import numbered_mesh
 from stickslip.fe.formats.entries import (
     Entries,
@@ -98,10 +101,11 @@ def read(
         As in `Body`; `points` in the unit of length of the files.
     mesh
         A file that meshio reads, or a `meshio.Mesh`, instead of `points`; its cells are kept. In a file of
-        CalculiX or Abaqus (``.inp``) and of Nastran nodes have their numbers there, and dofs of the deck that
-        depend on others are told from held ones. The points of any other mesh are the nodes 1, 2, ... The
-        sets of nodes of a deck and its surfaces of solid elements are surfaces of the body, with their names
-        in capitals.
+        CalculiX or Abaqus (``.inp``) and of Nastran nodes have their numbers there. Its ties, equations,
+        rigid elements and local systems are one transformation ``x = T x_free``; the matrices become
+        ``T' K T`` and ``T' M T`` where the solver has not eliminated what depends on others. The points of
+        any other mesh are the nodes 1, 2, ... The sets of nodes of a deck and its surfaces of solid elements
+        are surfaces of the body, with their names in capitals.
     units
         ``"m-kg-s"``, or ``"mm-t-s"``: matrices in N/mm and tonnes, as most decks have them.
     name
@@ -112,16 +116,17 @@ def read(
     InputError
         If a file is missing, truncated or damaged; if an entry lies outside the matrix, is not finite, stands
         there twice, or lies in the triangle that the format does not hold; if mass, stiffness or damping have
-        one triangle; or if sizes or dofs of files
-        differ. The message names file and line.
+        one triangle; if sizes or dofs of files differ; or if a constraint of the deck is not read, or the
+        deck is of another run. The message names file and line.
 
     Notes
     -----
-    `Body.notes` says what the reader mirrored, left out or split, and which arrays of an archive it has no
-    use for; it warns of those. An unsymmetric stiffness becomes ``stiffness`` and ``circulatory``, an
-    unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes only one triangle of the unsymmetric
-    stiffness of a contact with friction, so that the friction is lost without a warning: export bodies
-    without contact and let `contact_pairs` make the contacts.
+    `Body.notes` says what the reader mirrored, left out or split, whether it or the solver has eliminated
+    dependent displacements, and which arrays of an archive it has no use for; it warns of those. An
+    unsymmetric stiffness becomes ``stiffness`` and ``circulatory``, an unsymmetric damping ``damping`` and
+    ``gyroscopic``. CalculiX writes only one triangle of the unsymmetric stiffness of a contact with friction,
+    so that the friction is lost without a warning: export bodies without contact and let `contact_pairs` make
+    the contacts.
     """
     if units not in UNITS:
         raise InputError(f"units: expected {' or '.join(map(repr, UNITS))}, got {units!r}")
@@ -156,7 +161,7 @@ def read(
     matrices = _split(matrices, notes)
     length, weight, spring = UNITS[units]
     matrices = {key: (weight if key == "mass" else spring) * matrix for key, matrix in matrices.items()}
-    cells, dependent = None, []
+    cells, dependent = None, dict[str, dict[str, float] | None]()
     if mesh is not None:
         if points is not None:
             raise InputError("mesh: given beside points")
@@ -166,8 +171,27 @@ def read(
             if deck.unread:
                 names = ", ".join(deck.unread)
                 notes.append(f"not read: surfaces {names}: neither nodes nor faces S1, S2, ... of solids")
-        if deck is not None and named is not None and (dependent := deck.dependent(named)):
-            notes.append(f"{deck.dependence}: {len(dependent)} displacements depend on others")
+        listed = named or tuple(f"{node}.{k}" for node in points for k in (1, 2, 3))
+        present = frozenset((int(node), int(k)) for node, k in (one.split(".") for one in listed))
+        constraints = Constraints()
+        if deck is not None:
+            constraints = deck_constraints(deck, points, cells, present)
+        elif isinstance(mesh, str | Path) and Path(mesh).suffix.lower() in BULK:
+            constraints = bulk_constraints(Path(mesh), points, present)
+        if constraints.some:
+            source = Path(str(asked["stiffness"]))
+            named, matrices, dependent, told = constrained(
+                constraints,
+                list(points),
+                cells,
+                listed,
+                matrices,
+                local=bool(constraints.axes) and _along_axes_of_nodes(source),
+                # CalculiX always eliminates; what is still there it has not tied.
+                by_solver=source.suffix.lower() in CALCULIX or None,
+            )
+            dependent |= dict.fromkeys(f"{node}.{k}" for node, k in (deck.rotations if deck else ()))
+            notes += told
     if points is not None and length != 1.0:
         points = (
             {node: length * np.asarray(row) for node, row in points.items()}
@@ -213,6 +237,22 @@ def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
                 raise InputError(f"{key}: given by {found[key]} and by {path}")
             found[key] = str(path)
     return found
+
+
+def _along_axes_of_nodes(path: Path) -> bool:
+    """Say whether the displacements of a matrix are along the local axes of nodes, not along global ones.
+
+    CalculiX writes them along global axes, Abaqus and Nastran along those of the nodes.
+    """
+    suffix = path.suffix.lower()
+    if suffix in CALCULIX:
+        return False
+    if suffix in NASTRAN or (suffix == ".mtx" and not read_lines(path)[0].startswith("%%")):
+        return True
+    raise InputError(
+        f"{path}: whether its displacements are along the local axes of nodes (*TRANSFORM, CD) is not known; "
+        "read the files of the program itself, or take the axes out of the deck if they are along global ones"
+    )
 
 
 def _read(path: Path, key: str, size: int | None) -> Found:

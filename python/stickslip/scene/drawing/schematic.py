@@ -260,16 +260,18 @@ def meshed(mesh: Mesh) -> Schematic | None:
             float(mesh.points[node] @ right),
             float(mesh.points[node] @ up),
             tuple(
-                (int(dof), float(r), float(u))
-                for dof, r, u in zip(mesh.dofs[node], right, up, strict=True)
-                if dof >= 0 and (r or u)
+                (dof, weight * float(r), weight * float(u))
+                for place, r, u in zip(mesh.dofs[node], right, up, strict=True)
+                for dof, weight in mesh.weights(int(place))
+                if r or u
             ),
         )
         for node in shown
     )
     faces.sort(key=lambda face: float((mesh.points[face] @ eye).mean()))
     moving = {dof for body in bodies for dof, _, _ in body.along}
-    omitted = len(set(mesh.dofs[mesh.dofs >= 0].tolist()) - moving)
+    drawn = {dof for place in mesh.dofs.ravel().tolist() for dof, _ in mesh.weights(place)}
+    omitted = len(drawn - moving)
     return Schematic(bodies, (), (), omitted, tuple(tuple(place[int(k)] for k in face) for face in faces))
 
 
