@@ -272,17 +272,20 @@ def feet(first: Surface, second: Surface, reach: float | None) -> tuple[list[Wei
     corners = second.points[second.facets]
     size = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
     tree = cKDTree(corners.mean(axis=1))
-    _, candidates = tree.query(first.points, k=min(TRIED, len(corners)))
+    distances, candidates = tree.query(first.points, k=min(TRIED, len(corners)))
     weights: list[Weights] = []
     normals, gaps = np.full(first.points.shape, np.nan), np.full(len(first), np.nan)
     for k, point in enumerate(first.points):
         best: tuple[float, Weights, Real, float] | None = None
-        for facet in np.atleast_1d(candidates[k]):
+        for facet, distance in zip(np.atleast_1d(candidates[k]), np.atleast_1d(distances[k]), strict=True):
+            limit = 2.0 * size[facet] if reach is None else real_number("reach", reach)
+            # A point of the facet is at most its size away from its middle; 1 % is more than rounding.
+            if distance > 1.01 * (size[facet] + limit):
+                continue
             foot = _foot(point, corners[facet], second.normals[second.facets[facet]])
             if foot is None:
                 continue
             shape, normal, gap = foot
-            limit = 2.0 * size[facet] if reach is None else real_number("reach", reach)
             if abs(gap) <= limit and (best is None or abs(gap) < best[0]):
                 nodes = second.facets[facet]
                 kept: Weights = [(int(n), float(w)) for n, w in zip(nodes, shape, strict=True) if w]
