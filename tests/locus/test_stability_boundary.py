@@ -8,6 +8,7 @@ import pytest
 import interrupts
 import stickslip as ss
 from curve_checks import contradictions, random_plane
+from stickslip.locus.boundary.curves import pieces
 from stickslip.scene.parameters.family import Family
 
 TWO = ss.models.two_subsystems
@@ -302,6 +303,21 @@ def test_a_boundary_is_told_drawn_and_kept(published, tmp_path):
     assert boundary[:1].points == boundary.points
     over = boundary.plot(growth=False, ax=axes)
     assert over is axes
+
+
+def test_a_curve_becomes_thin_where_it_meets_another_one(published):
+    boundary = published["stiffness"]
+    (double,) = (point for point in boundary.points if point.kind == "double_hopf")
+    place = np.array(list(double.values.values())) / boundary.spans
+    for curve in boundary:
+        (first, one), (second, other) = pieces(curve, boundary.spans, boundary.points)
+        assert {one, other} == {1, 2}
+        assert (first[-1] == second[0]).all()
+        drawn = curve.drawn(boundary.spans) / boundary.spans
+        assert np.concatenate([first, second[1:]]) / boundary.spans == pytest.approx(drawn, abs=0)
+        # At the nearest of the points drawn.
+        nearest = np.linalg.norm(drawn - place, axis=1).min()
+        assert np.linalg.norm(first[-1] / boundary.spans - place) == nearest
 
 
 def test_nothing_to_find_is_an_empty_boundary():

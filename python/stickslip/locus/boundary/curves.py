@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -129,3 +130,27 @@ class CodimensionTwo:
         if self.parameter is not None:
             return f"extreme of {self.parameter}"
         return "" if self.contact is None else f"contact {self.name}"
+
+
+def pieces(
+    curve: BoundaryCurve, spans: tuple[float, float], points: Sequence[CodimensionTwo]
+) -> list[tuple[Real, int]]:
+    """Return the stretches of a curve that look alike: points as of `drawn`, and how they look.
+
+    0: there is no steady sliding; 1: other modes grow; 2: stability ends there. A look changes at a point of
+    codimension two, or half way between two points of the curve where none is near.
+    """
+    drawn = curve.drawn(spans)
+    parts = (len(drawn) - 1) // max(len(curve.values) - 1, 1)
+    looks = np.where(curve.steady_sliding, 1 + (curve.unstable_modes == 0), 0)
+    meet = [[point.values[name] for name in curve.names] for point in points if point.kind != "degenerate"]
+    places = np.reshape(meet, (-1, 2)) / spans
+    steps = np.repeat(looks[:-1], parts)
+    for k in np.flatnonzero(np.diff(looks)):
+        way = drawn[k * parts : (k + 1) * parts + 1] / spans
+        distances = np.linalg.norm(way - places[:, None], axis=2).min(axis=0, initial=np.inf)
+        near = distances.min() < np.linalg.norm(way[-1] - way[0])
+        cut = int(distances.argmin()) if near else parts // 2
+        steps[k * parts + cut : (k + 1) * parts] = looks[k + 1]
+    begins = [0, *(np.flatnonzero(np.diff(steps)) + 1), len(steps)]
+    return [(drawn[a : b + 1], int(steps[a])) for a, b in pairwise(begins) if b > a]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.lines import Line2D
 
-from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
+from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo, pieces
 from stickslip.show.plots import axes_of
 from stickslip.show.style import quantity
 
@@ -58,16 +57,9 @@ def stability_boundary(
         axes.figure.colorbar(shades, ax=axes, label="largest growth rate, 1/s")
     handles: dict[str, Line2D] = {}
     for curve in curves:
-        drawn = curve.drawn(spans)
-        parts = (len(drawn) - 1) // max(len(curve.values) - 1, 1)
-        steady = curve.steady_sliding[:-1] & curve.steady_sliding[1:]
-        thick = steady & (np.minimum(curve.unstable_modes[:-1], curve.unstable_modes[1:]) == 0)
-        look = steady.astype(int) + thick
         # Pieces that look alike are one line, so that its dashes go on.
-        begins = [0, *(np.flatnonzero(np.diff(look)) + 1), len(look)]
-        for first, last in pairwise(begins):
-            piece = drawn[first * parts : last * parts + 1]
-            colour, width = STYLES[look[first]]
+        for piece, look in pieces(curve, spans, points):
+            colour, width = STYLES[look]
             axes.plot(piece[:, 1], piece[:, 0], LINES[curve.kind], color=colour, linewidth=width, label="_")
         handles[curve.kind] = Line2D([], [], color="black", linestyle=LINES[curve.kind], label=curve.kind)
     for point in points:
