@@ -258,6 +258,84 @@ def test_other_parameters_make_another_map(opened):
     assert "different parameters" in page.inner_text("#note")
 
 
+def test_curves_are_drawn_sharply_on_the_map(opened):
+    page = opened()
+    assert page.inner_text("#curves") == "2 Hopf curves; counts of modes agree at 64 x 64 places."
+    page.locator("#y").select_option("vertical_stiffness_0")
+    settled(page)
+    # The curve is ink where a point of it stands, at any zoom, and its double Hopf point is named.
+    texts = page.evaluate(
+        """() => {
+          const told = [], write = CanvasRenderingContext2D.prototype.fillText;
+          CanvasRenderingContext2D.prototype.fillText = function (text, ...place) {
+            told.push(text);
+            write.call(this, text, ...place);
+          };
+          plots.map.drawn();
+          CanvasRenderingContext2D.prototype.fillText = write;
+          return told;
+        }"""
+    )
+    assert "double Hopf" in texts
+    show = """(near) => {
+      const { x, y } = state.curves.pieces.find(({ look }) => look === 2), plot = plots.map;
+      const k = Math.floor(0.3 * x.length), around = (v, width) => [v - 2 * width, v + width];
+      plot.zoomed = near ? { x: around(x[k], 0.01), y: around(y[k], 1e4) } : null;
+      plot.drawn();
+      return [plot.X(x[k]), plot.Y(y[k])].map(Math.round);
+    }"""
+    for near in (False, True):
+        across, down = page.evaluate(show, near)
+        pixels = shade(page.locator("#map .stage"))[down - 1 : down + 2, across - 1 : across + 2]
+        assert pixels.min() < 60
+    page.evaluate("plots.map.zoomed = null; plots.map.drawn()")
+    place = page.evaluate(
+        """() => {
+          const point = state.curves.points.find(({ name }) => name);
+          return [plots.map.X(point.x), plots.map.Y(point.y)];
+        }"""
+    )
+    box = page.locator("#map .stage").bounding_box()
+    page.mouse.move(box["x"] + place[0] + 2, box["y"] + place[1] + 2)
+    assert page.locator("#map .tip").inner_text().startswith("double Hopf at 2.2016, 156688: 112.905 Hz")
+    # A drag over the map leaves them; another number makes others, once it rests.
+    key = page.evaluate("state.curves.key")
+    page.mouse.move(*middle(page, "map"))
+    page.mouse.down()
+    page.mouse.move(*middle(page, "map", 0.6, 0.6))
+    assert page.evaluate("curvesNow() !== null")
+    page.mouse.up()
+    settled(page)
+    assert page.evaluate("state.curves.key") == key
+    page.locator('.knob[data-name="damping"] input[type=number]').fill("0")
+    settled(page)
+    assert page.evaluate("state.curves.key") != key
+    assert page.inner_text("#curves").startswith("No curves: model: a mode neither grows nor decays")
+
+
+def test_a_question_for_curves_that_is_another_one_by_now_is_given_up(opened):
+    page = opened()
+    page.evaluate(
+        """() => {
+          const fetched = window.fetch;
+          window.gone = 0;
+          window.fetch = (path, given) => new Promise((done, failed) => {
+            given.signal?.addEventListener("abort", () => { window.gone += 1; });
+            setTimeout(() => fetched(path, given).then(done, failed), path === "curves" ? 300 : 0);
+          });
+        }"""
+    )
+    number = page.locator('.knob[data-name="wall_stiffness"] input[type=number]')
+    number.fill("1900000")
+    until(page, "lanes.curves.busy")
+    number.fill("2000000")
+    until(page, "window.gone === 1")
+    settled(page)
+    assert page.evaluate("curvesNow().whole")
+    assert page.evaluate("JSON.parse(state.curves.key).values.wall_stiffness") == 2e6
+    assert page.inner_text("#note") == ""
+
+
 def test_one_time_cursor_in_every_panel(opened):
     page = opened()
     positions = []

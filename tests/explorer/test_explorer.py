@@ -3,11 +3,13 @@
 import base64
 import http.client
 import io
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import wave
 from functools import partial
@@ -17,9 +19,9 @@ import pytest
 from click.testing import CliRunner
 
 import stickslip as ss
-from equal_chain import PART
+from equal_chain import PART, equal_chain
 from stickslip.cli import main
-from stickslip.explorer import picture, sound
+from stickslip.explorer import curves, picture, sound
 from stickslip.explorer.knobs import joint, knobs, ordinates
 from stickslip.scene.parameters.family import Family
 
@@ -127,6 +129,119 @@ def test_loci_and_map_are_those_of_the_package(page):
     expected = np.where(verdicts.steady_sliding, verdicts.growth_rate, np.nan)
     assert unpacked(answer["unstable"])[:, 0].tolist() == (verdicts.unstable_modes > 0).values.tolist()
     assert unpacked(answer["growth"])[:, 0] == pytest.approx(expected, rel=1e-6, nan_ok=True)
+
+
+PLANE = {"x": ["friction", 0.0, 3.0], "y": ["vertical_stiffness_0", 5e4, 2e6], "cells": 8}
+
+
+def test_curves_are_those_of_the_package(page):
+    answer = asked(page, "/curves", values={}, **PLANE)
+    ranges = {"friction": (0.0, 3.0), "vertical_stiffness_0": (5e4, 2e6)}
+    boundary = ss.stability_boundary(ss.models.two_subsystems, ranges, cells=8)
+    assert answer["whole"] is True
+    assert answer["said"] == "2 Hopf curves; counts of modes agree at 32 x 32 places."
+    drawn = np.concatenate(
+        [np.hstack([unpacked(piece["x"]), unpacked(piece["y"])]) for piece in answer["pieces"]]
+    )
+    for curve in boundary:
+        # Places go over in single precision.
+        gaps = np.abs(curve.values[:, None] / boundary.spans - drawn / boundary.spans).max(axis=2)
+        assert gaps.min(axis=1).max() < 1e-6
+    assert {(piece["line"], piece["look"]) for piece in answer["pieces"]} == {("-", 1), ("-", 2)}
+    assert len(answer["pieces"]) == 4
+    (double,) = (point for point in answer["points"] if point["name"])
+    assert double["told"] == "double Hopf at 2.2016, 156688: 112.905 Hz, 195.564 Hz"
+    assert sum("degenerate, extreme of friction" in point["told"] for point in answer["points"]) == 2
+    moved = asked(page, "/curves", values={"damping": 2e-4, "friction_0": 0.2}, **PLANE)
+    assert moved["pieces"][0]["x"] != answer["pieces"][0]["x"]
+
+
+def test_what_has_no_curves_says_why(page):
+    undamped = asked(page, "/curves", values={"damping": 0.0}, **PLANE)
+    assert undamped["error"].startswith(
+        "No curves: model: a mode neither grows nor decays over all of the map"
+    )
+    same = asked(page, "/curves", values={}, **{**PLANE, "y": ["friction_0", 0.0, 1.0]})
+    assert "set the same number" in same["error"]
+    calm = asked(page, "/curves", values={}, **{**PLANE, "x": ["friction", 0.0, 0.1]})
+    assert calm["said"] == "No curves; counts of modes agree at 32 x 32 places."
+    for change in ({"cells": 1}, {"cells": 33}, {"cells": 8.0}, {"x": ["friction", 1.0, 0.0]}, {"y": None}):
+        assert sent(page, "/curves", {"values": {}, **PLANE, **change})[0] == 400, change
+    with ss.explore(equal_chain(16, friction=0.5)) as large:
+        grid = {"x": ["friction", 0.1, 1.0], "y": ["damping_stiffness", 1e-5, 1e-4], "cells": 8}
+        left_out = asked(large, "/curves", values={}, **grid)
+    assert left_out == {"error": "Curves are left out for 64 dofs."}
+
+
+def test_a_search_for_curves_ends_in_time_and_says_what_that_means(page, monkeypatch):
+    monkeypatch.setattr(curves, "LONGEST", 0.0)
+    cut = asked(page, "/curves", values={}, **PLANE)
+    assert cut["error"] is None
+    assert cut["whole"] is False
+    assert "; one may be missing: " in cut["said"]
+    assert cut["said"].endswith("stopped after 1 of 48 lines, 0 s.")
+
+
+def test_motions_are_answered_while_curves_are_searched(page, monkeypatch):
+    lines = []
+    search = curves.search_over
+
+    def slow(*arguments):
+        found = search(*arguments)
+        run = found.run
+
+        def one_by_one():
+            for step in run():
+                lines.append(step)
+                time.sleep(0.03)
+                yield step
+
+        found.run = one_by_one
+        return found
+
+    monkeypatch.setattr(curves, "search_over", slow)
+    answers = []
+    asking = threading.Thread(target=lambda: answers.append(asked(page, "/curves", values={}, **PLANE)))
+    asking.start()
+    while not lines:
+        time.sleep(0.01)
+    assert motion_of(page)["error"] is None
+    assert not answers
+    asking.join()
+    assert answers[0]["whole"]
+    assert len(lines) >= 48
+
+
+def test_a_search_for_curves_ends_where_its_page_has_gone(page, monkeypatch, capfd):
+    lines, ended = [], threading.Event()
+    search = curves._searched
+
+    def watched(found, wanted, patience):
+        run = found.run
+
+        def endless():
+            for step in itertools.cycle(run()):
+                lines.append(step)
+                time.sleep(0.01)
+                yield step
+
+        found.run = endless
+        try:
+            return search(found, wanted, 60.0)
+        finally:
+            ended.set()
+
+    monkeypatch.setattr(curves, "_searched", watched)
+    host = page.url.removeprefix("http://").strip("/")
+    connection = http.client.HTTPConnection(host, timeout=60)
+    headers = {"Origin": f"http://{host}", "Content-Type": "application/json"}
+    connection.request("POST", "/curves", json.dumps({"values": {}, **PLANE}), headers)
+    while not lines:
+        time.sleep(0.01)
+    connection.close()
+    assert ended.wait(20.0)
+    assert motion_of(page)["error"] is None
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_a_motion_goes_on_from_the_one_before(page):

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import select
+import socket
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from http import HTTPStatus
@@ -14,6 +17,7 @@ from importlib.resources import files
 from typing import Any
 
 from stickslip.explorer.copies import drawn, heard, texts
+from stickslip.explorer.curves import curves
 from stickslip.explorer.maps import loci, verdicts
 from stickslip.explorer.picture import picture
 from stickslip.explorer.wanted import Explored, MalformedError, Wanted
@@ -32,6 +36,8 @@ FILES = {
 LONGEST, WAITING = 1_000_000, 8
 #: After this long without a word a connection is closed, s.
 SILENCE = 60.0
+#: Time in which a message that waits takes its turn, s.
+TURN = 1e-3
 #: The page loads from its own server alone, and only a page of this machine may frame it.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; media-src blob:; "
@@ -43,6 +49,7 @@ ANSWERS: dict[str, Callable[[Wanted], Any]] = {
     "/motion": picture,
     "/loci": loci,
     "/map": verdicts,
+    "/curves": curves,
     "/text": texts,
     "/figure": lambda wanted: ("application/pdf", drawn(wanted)),
     "/sound": lambda wanted: ("audio/wav", heard(wanted)),
@@ -121,11 +128,14 @@ class Handler(BaseHTTPRequestHandler):
         try:
             message = _parsed(body)
             with self.server.computing:
-                answer = what(Wanted(self.server.explored, message))
+                answer = what(Wanted(self.server.explored, message, self._pause))
         except StickslipError as error:
             answer = {"error": str(error)}
         except MalformedError as error:
             self._answer({"error": f"malformed message: {error}"}, HTTPStatus.BAD_REQUEST)
+            return
+        except ConnectionError:
+            self.close_connection = True
             return
         except Exception as error:
             traceback.print_exc()
@@ -136,6 +146,17 @@ class Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, *answer)
         else:
             self._answer(answer)
+
+    def _pause(self) -> None:
+        """Let messages that wait be computed first, unless the page has given this one up."""
+        ready, _, _ = select.select([self.connection], [], [], 0.0)
+        if ready and not self.connection.recv(1, socket.MSG_PEEK):
+            raise ConnectionAbortedError("the page waits no longer")
+        self.server.computing.release()
+        try:
+            time.sleep(TURN)
+        finally:
+            self.server.computing.acquire()
 
     def _is_own(self) -> bool:
         # A name that resolves to this machine for the moment is not one of its own.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -25,6 +25,8 @@ from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTAB
 PATIENCE = (0.02, 5.0)
 #: Values of a parameter over which loci are followed, cells of a map in one direction, s of sound.
 VALUES, CELLS, SECONDS = (5, 301), (3, 96), (0.1, 20.0)
+#: Lines searched for curves in one direction of the map.
+SEARCHED = (2, 32)
 #: Dofs whose displacements go to the page of a scene without a mesh.
 DOFS = 64
 #: Kinds of starts.
@@ -117,10 +119,21 @@ class Explored:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be."""
+    """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be.
+
+    Parameters
+    ----------
+    explored
+        The model.
+    message
+        What the page sent.
+    pause
+        Lets other messages be computed first; raises `ConnectionError` where the page waits no longer.
+    """
 
     explored: Explored
     message: Mapping[str, Any]
+    pause: Callable[[], None] = lambda: None
 
     def __post_init__(self) -> None:
         if not isinstance(self.message, dict):

@@ -5,25 +5,27 @@
 const SLOW = 0.25;
 // Values of loci and cells of a map while dragging and at rest.
 const COARSE = { loci: 31, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
+// Lines searched for curves in each parameter.
+const CELLS = 16;
 const by = (id) => document.getElementById(id);
 let scene = null;
 const plots = {};
 const state = {
   values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false,
-  motion: null, loci: null, map: null, cursor: { series: "motion", time: 0 }, playing: false,
+  motion: null, loci: null, map: null, curves: null, cursor: { series: "motion", time: 0 }, playing: false,
   // For those who measure: how many answers were drawn, and ms from the last input to the drawing.
   updates: 0, latency: [], asked: 0, pace: "",
 };
 
-async function post(path, message) {
-  const answer = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(message) });
+async function post(path, message, signal) {
+  const answer = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(message), signal });
   if (!answer.ok) throw new Error(`${path}: ${(await answer.json()).error}`);
   return answer;
 }
 
 // One question at a time; what was asked meanwhile is asked once, as it then stands, if it is another question.
 class Lane {
-  constructor(path, message, done, tells = () => true) { Object.assign(this, { path, message, done, tells, wanted: false, busy: false, last: "", took: [0, 0] }); }
+  constructor(path, message, done, tells = () => true) { Object.assign(this, { path, message, done, tells, wanted: false, busy: false, last: "", asked: "", took: [0, 0] }); }
   // The first answer also loads what it computes with, so one slow answer alone says nothing.
   get slow() { return Math.min(...this.took) > SLOW; }
   ask() {
@@ -31,22 +33,26 @@ class Lane {
     this.wanted = true;
     if (!this.busy) this.go();
   }
+  // Give up a question that is another one by now.
+  drop() { if (this.busy && this.asked !== JSON.stringify(this.message())) this.given.abort(); }
   async go() {
     this.busy = true;
     while (this.wanted) {
       this.wanted = false;
       const message = this.message(), since = state.asked, text = JSON.stringify(message);
       if (text === this.last) continue;
+      this.asked = text;
+      this.given = new AbortController();
       // An answer that takes long is on its way.
       const waits = setTimeout(() => { by("pace").textContent = "computing ..."; }, 1e3 * SLOW);
       try {
-        const answer = await (await post(this.path, message)).json();
+        const answer = await (await post(this.path, message, this.given.signal)).json();
         this.last = text;
         if (this.tells(message)) this.took = [answer.seconds ?? 0, this.took[0]];
         await this.done(answer, message, since);
       } catch (error) {
-        by("note").textContent = error instanceof TypeError ? "The program behind this page does not answer; it may have ended." : String(error.message);
-        this.wanted = false;
+        if (error.name !== "AbortError") by("note").textContent = error instanceof TypeError ? "The program behind this page does not answer; it may have ended." : String(error.message);
+        if (error.name !== "AbortError") this.wanted = false;
         this.last = "";
       }
       clearTimeout(waits);
@@ -92,7 +98,17 @@ const lanes = {
     const [x, y] = [axisOf(state.x), axisOf(state.y)], [columns, rows] = mapFine ? FINE.map : COARSE.map;
     return { ...fixed(x.name, y.name), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], columns, rows };
   }, gotMap, ({ columns }) => columns === COARSE.map[0]),
+  curves: new Lane("curves", () => {
+    const [x, y] = [axisOf(state.x), axisOf(state.y)];
+    return { ...fixed(x.name, y.name), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], cells: CELLS };
+  }, gotCurves, () => false),
 };
+// Curves stay while the point is dragged over the map; they are those of the other parameters as they stand.
+const curvesNow = () => (state.curves?.key === JSON.stringify(lanes.curves.message()) ? state.curves : null);
+function askCurves() {
+  lanes.curves.drop();
+  if (!state.dragging && state.map?.image) lanes.curves.ask();
+}
 
 // A map first in few cells; in many where these say that it will not take long.
 let mapFine = false, mapKey = "";
@@ -113,6 +129,7 @@ function ask() {
   lanes.motion.ask();
   lanes.loci.ask();
   askMap();
+  askCurves();
 }
 
 function gotMotion(answer, message, since) {
@@ -155,6 +172,13 @@ function gotMap(answer, message) {
   state.map = answer.error ? answer : mapFrom(answer, message.columns, message.rows, { name: x, low, high }, { name: y, low: below, high: above });
   plots.map.drawn();
   if (!answer.error && !mapFine) askMap();
+  askCurves();
+}
+
+function gotCurves(answer, message) {
+  for (const piece of answer.pieces ?? []) for (const name of ["x", "y"]) piece[name] = decode(piece[name], Float32Array);
+  state.curves = { ...answer, key: JSON.stringify(message) };
+  plots.map.drawn();
 }
 
 function drawMotion() {
@@ -348,9 +372,15 @@ function makePlots() {
     if (!map || map.x !== state.x || map.y !== state.y) return "";
     const i = Math.round((x - a.low) / (a.high - a.low) * (map.columns - 1)), j = Math.round((y - b.low) / (b.high - b.low) * (map.rows - 1));
     const growth = map.growth[j * map.columns + i];
+    const near = curvesNow()?.points?.find((one) => Math.hypot(plots.map.X(one.x) - plots.map.X(x), plots.map.Y(one.y) - plots.map.Y(y)) < 8);
+    if (near) return near.told;
     return `${shown(x, 3)}, ${shown(y, 3)}: ` + (Number.isNaN(growth) ? "no steady sliding" : `growth rate ${shown(growth, 3)} 1/s`);
   } });
-  plots.map.drawn = () => drawMap(plots.map, state.map, axisOf(state.x), axisOf(state.y), { x: valueOf(state.x), y: valueOf(state.y) });
+  plots.map.drawn = () => {
+    const curves = curvesNow();
+    by("curves").textContent = curves ? curves.error || curves.said : "";
+    drawMap(plots.map, state.map, axisOf(state.x), axisOf(state.y), { x: valueOf(state.x), y: valueOf(state.y) }, curves);
+  };
   make("loci", { hover: ({ x, y }) => `${shown(x, 4)} 1/s, ${shown(y, 4)} Hz` });
   plots.loci.drawn = () => drawLoci(plots.loci, state.loci, state.motion?.modes);
   const count = Math.min(scene.contacts.length, 4), box = by("portraits");

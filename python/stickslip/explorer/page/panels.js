@@ -101,7 +101,26 @@ function bar(ctx, code, x, y, width, height) {
   if (hatch) { ctx.fillStyle = hatch; ctx.fillRect(x, y, width, height); }
 }
 
-function drawMap(plot, map, x, y, point) {
+// Curves on which stability ends, with the points at which they meet; grey ones are without steady sliding.
+function drawCurves(plot, ctx, { pieces, points }) {
+  for (const { x, y, line, look } of pieces) {
+    ctx.strokeStyle = look ? theme.ink : theme.quiet; ctx.lineWidth = look === 2 ? 2 : 1;
+    ctx.setLineDash(DASHES[line]); ctx.beginPath();
+    x.forEach((value, k) => ctx[k ? "lineTo" : "moveTo"](plot.X(value), plot.Y(y[k])));
+    ctx.stroke();
+  }
+  ctx.setLineDash([]);
+  ctx.font = "11px system-ui, sans-serif"; ctx.textBaseline = "middle"; ctx.lineJoin = "round";
+  for (const { x, y, name } of points) {
+    plot.dot(ctx, x, y, theme.paper, name ? 4.5 : 2.5, theme.ink);
+    const left = plot.X(x) > plot.box.x + plot.box.w / 2, to = plot.X(x) + (left ? -6 : 6);
+    const at = plot.Y(y) + (plot.Y(y) < plot.box.y + 20 ? 12 : -12);
+    ctx.textAlign = left ? "right" : "left"; ctx.strokeStyle = theme.paper; ctx.fillStyle = theme.ink; ctx.lineWidth = 3;
+    ctx.strokeText(name, to, at); ctx.fillText(name, to, at);
+  }
+}
+
+function drawMap(plot, map, x, y, point, curves) {
   const ctx = plot.begin();
   plot.auto = { x: [x.low, x.high], y: [y.low, y.high] };
   if (map && map.x === x.name && map.y === y.name) {
@@ -110,11 +129,15 @@ function drawMap(plot, map, x, y, point) {
       const w = (x.high - x.low) / (map.columns - 1) / 2, h = (y.high - y.low) / (map.rows - 1) / 2;
       const left = plot.X(x.low - w), top = plot.Y(y.high + h);
       ctx.drawImage(map.image, left, top, plot.X(x.high + w) - left, plot.Y(y.low - h) - top);
-      ctx.strokeStyle = theme.ink; ctx.lineWidth = 1.5; ctx.beginPath();
-      for (const [a, b, c, d] of map.border) {
-        ctx.moveTo(plot.X(a), plot.Y(b)); ctx.lineTo(plot.X(c), plot.Y(d));
+      // The border of cells stands in for curves until all are there.
+      if (!curves?.whole) {
+        ctx.strokeStyle = theme.ink; ctx.lineWidth = 1.5; ctx.beginPath();
+        for (const [a, b, c, d] of map.border) {
+          ctx.moveTo(plot.X(a), plot.Y(b)); ctx.lineTo(plot.X(c), plot.Y(d));
+        }
+        ctx.stroke();
       }
-      ctx.stroke();
+      if (curves?.pieces) drawCurves(plot, ctx, curves);
     });
   }
   plot.frame(x.label, y.label);

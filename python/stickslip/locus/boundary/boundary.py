@@ -67,30 +67,36 @@ def stability_boundary(
     the largest growth rate that may hide a closed curve within a cell. What stays contradictory is told in
     ``doubts``.
     """
-    ranges, fixed = divided(model, parameters)
-    if len(ranges) != 2:
-        raise InputError(f"parameters: expected two with a range, got {list(ranges)}")
-    ends = {name: interval(name, value) for name, value in ranges.items()}
-    if (cells := whole_number("cells", cells, 2)) > 1000:
-        raise InputError(f"cells: expected at most 1000, got {cells}")
-    family = Family(model)
-    plane = Plane(Sliding(family, combination), ends, fixed)
-    search = Search(plane, cells)
+    search = search_over(model, parameters, combination, cells)
     done = [0]
     total = (2 + FINER) * cells
     try:
         with watched(lambda: done[0], total, "stability boundary", progress, LONG):
             for done[0], _ in search.run():
                 pass
-            return _boundary(search, family, ends)
+            return boundary_of(search)
     except KeyboardInterrupt:
         search.doubts.append(f"interrupted after {done[0]} of {total} lines")
-        found = _boundary(search, family, ends)
+        found = boundary_of(search)
         raise Interrupted(f"interrupted after {done[0]} of {total} lines", found) from None
 
 
-def _boundary(search: Search, family: Family, ends: dict[str, tuple[float, float]]) -> StabilityBoundary:
+def search_over(model: Model, parameters: Mapping[str, Any], combination: str | None, cells: int) -> Search:
+    """Return the search for the curves, arguments as in `stability_boundary`; nothing is searched yet."""
+    ranges, fixed = divided(model, parameters)
+    if len(ranges) != 2:
+        raise InputError(f"parameters: expected two with a range, got {list(ranges)}")
+    ends = {name: interval(name, value) for name, value in ranges.items()}
+    if (cells := whole_number("cells", cells, 2)) > 1000:
+        raise InputError(f"cells: expected at most 1000, got {cells}")
+    return Search(Plane(Sliding(Family(model), combination), ends, fixed), cells)
+
+
+def boundary_of(search: Search) -> StabilityBoundary:
+    """Return what a search has found by now."""
     plane = search.plane
+    family = plane.sliding.family
+    ends = dict(zip(plane.names, zip(plane.lower, plane.upper, strict=True), strict=True))
     scene = family.scene({**plane.fixed, **plane.values((0.0, 0.0))})
     labels = [str(label) for label in scene.contact_labels()]
     found = [one for trace in search.traces for one in meetings(trace, np.arange(len(labels)))]

@@ -91,7 +91,7 @@ class Search:
         self.growth = np.full((FINER * self.cells, FINER * self.cells), np.nan)
 
     def run(self) -> Iterator[tuple[int, int]]:
-        """Find everything; yield how many lines and rows of all are done.
+        """Find everything; yield how many lines and rows of all are done, so that a caller may stop.
 
         Raises
         ------
@@ -117,9 +117,11 @@ class Search:
             yield 2 * self.cells + k + 1, total
         for place in self._extremes():
             self.search(0, place)
+            yield total, total
         for _ in range(_ROUNDS):
             for place in wrong:
                 self.search(0, place)
+                yield total, total
             wrong = [place for place in wrong if not self.compare(place, rows)[1]]
         self._join()
         name = self.plane.names[1]

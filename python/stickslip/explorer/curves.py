@@ -1,0 +1,94 @@
+"""The curves that a page draws over its map: where stability ends, and the points at which they meet."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from stickslip.explorer.maps import LARGE, LONGEST
+from stickslip.explorer.picture import packed
+from stickslip.explorer.wanted import SEARCHED, Wanted
+from stickslip.faults import StickslipError
+from stickslip.locus.boundary.boundary import boundary_of, search_over
+from stickslip.locus.boundary.curves import CodimensionTwo, pieces
+from stickslip.locus.boundary.figures import LINES
+from stickslip.locus.boundary.result import StabilityBoundary
+from stickslip.locus.boundary.search import Search
+
+#: What a line says that is not drawn through.
+DRAWN = {"-": "", "-.": " (dash-dotted)", "--": " (dashed)"}
+#: Doubts that are told in full.
+TOLD = 2
+
+
+def curves(wanted: Wanted) -> dict[str, Any]:
+    """Return the curves over two parameters on which stability ends, and their points of codimension two.
+
+    Other messages are computed between two lines of the search. It ends after `LONGEST` of its own time; the
+    curves found by then are shown, and ``whole`` is False.
+    """
+    begun = time.perf_counter()
+    (x, left, right), (y, low, high) = wanted.axis("x"), wanted.axis("y")
+    cells = wanted.whole("cells", SEARCHED)
+    if wanted.explored.scene.size > LARGE:
+        return {"error": f"Curves are left out for {wanted.explored.scene.size} dofs."}
+    ranges = {**wanted.fixed(x, y), x: (left, right), y: (low, high)}
+    try:
+        search = search_over(wanted.explored.family.given, ranges, None, cells)
+        whole = _searched(search, wanted, LONGEST - (time.perf_counter() - begun))
+        found = boundary_of(search)
+    except StickslipError as error:
+        return {"error": f"No curves: {error}."}
+    return {
+        "error": None,
+        "whole": whole,
+        "said": _said(found),
+        "pieces": [
+            {"x": packed(points[:, 0]), "y": packed(points[:, 1]), "line": LINES[curve.kind], "look": look}
+            for curve in found
+            for points, look in pieces(curve, found.spans, found.points)
+        ],
+        "points": [_point(point, (x, y)) for point in found.points],
+        "seconds": time.perf_counter() - begun,
+    }
+
+
+def _searched(search: Search, wanted: Wanted, patience: float) -> bool:
+    """Search until all is found, or for so long; return whether all is."""
+    since, spent = time.perf_counter(), 0.0
+    for done, total in search.run():
+        spent += time.perf_counter() - since
+        if spent > patience:
+            search.doubts.append(f"stopped after {done} of {total} lines, {LONGEST:g} s")
+            return False
+        wanted.pause()
+        since = time.perf_counter()
+    return True
+
+
+def _said(found: StabilityBoundary) -> str:
+    """Return in words which curves there are, and whether one may be missing."""
+    counts = Counter[str](curve.kind for curve in found)
+    kinds = [
+        f"{counts[kind]} {kind.replace('hopf', 'Hopf')} curve{'s' * (counts[kind] > 1)}{DRAWN[line]}"
+        for kind, line in LINES.items()
+        if counts[kind]
+    ]
+    first = ", ".join(kinds) or "No curves"
+    if found.doubts:
+        more = f"; and {len(found.doubts) - TOLD} more" if len(found.doubts) > TOLD else ""
+        return f"{first}; one may be missing: {'; '.join(found.doubts[:TOLD])}{more}."
+    return f"{first}; counts of modes agree at {' x '.join(map(str, found.map.growth_rate.shape))} places."
+
+
+def _point(point: CodimensionTwo, names: tuple[str, str]) -> dict[str, Any]:
+    """Return a point with its name, and what is told where the pointer is on it."""
+    name = point.kind.replace("_", " ").replace("hopf", "Hopf")
+    frequencies = ", ".join(f"{one:.6g} Hz" for one in point.frequencies if np.isfinite(one))
+    remark = f", {point.remark}" if point.remark else ""
+    x, y = (point.values[one] for one in names)
+    told = f"{name}{remark} at {x:.6g}, {y:.6g}" + (f": {frequencies}" if frequencies else "")
+    return {"x": x, "y": y, "name": "" if point.kind == "degenerate" else name, "told": told}
