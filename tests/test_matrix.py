@@ -16,8 +16,9 @@ import stickslip as ss
 from scene_kinds import KINDS, Kind
 from stickslip import types
 from stickslip.cli import main
+from stickslip.explorer.curves import curves
 from stickslip.explorer.picture import picture
-from stickslip.explorer.wanted import Explored, Wanted
+from stickslip.explorer.wanted import Explored, MalformedError, Wanted
 from stickslip.scene.known import Known
 from stickslip.show import svg
 
@@ -138,6 +139,38 @@ def reported(kind: Kind, folder: Any) -> None:
     assert all(f'id="{name}"' in page for name in ("scene", "modes", "transient", "energy"))
 
 
+def curved(kind: Kind, folder: Any) -> None:
+    """Ask for the curves of a kind as the explorer's page does."""
+    model, (name, low, high) = Explored(ss.Case(kind.scene), Known(), "kind"), kind.parameter
+    # One slider moves all contacts where they have one value.
+    name = name if name in {**model.knobs, **model.joint} else f"{name}_0"
+    asked = {"values": {}, "x": [name, low, high], "y": ["stiffness", 0.9, 1.1], "cells": 4}
+    try:
+        seen = curves(Wanted(model, asked))
+    except MalformedError as error:
+        raise ss.InputError(str(error)) from None
+    if seen["error"]:
+        raise ss.InputError(seen["error"])
+    assert seen["whole"]
+    assert "agree at 16 x 16 places" in seen["said"]
+
+
+def reported_curves(kind: Kind, folder: Any) -> None:
+    """Write the page with the curves of a kind, short of motions and without figures."""
+    over = {**between(kind), "stiffness": (0.9, 1.1)}
+    settings = {"duration": 0.01 * kind.duration, "time_limit": 0.1}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(svg, "svg", lambda figure, name, alternative: name)
+        patch.setattr("stickslip.report.touch.LARGE", 0)
+        found = ss.write_report(
+            kind.scene, folder / "curves.html", start=kind.start, settings=settings, parameters=over
+        )
+    if found.boundary is None:
+        raise ss.InputError(found.reasons["boundary"])
+    assert found.boundary.doubts == ()
+    assert 'id="boundary"' in (folder / "curves.html").read_text()
+
+
 def axis(kind: Kind) -> str:
     """Return the parameter of a kind as the command line takes it."""
     name, low, high = kind.parameter
@@ -206,7 +239,9 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
     "study": lambda kind, _: studied(kind),
     "many runs": lambda kind, _: list(ss.simulate_many([kind.scene] * 2, duration=0.01)),
     "explorer": explored,
+    "curves in the explorer": curved,
     "report": reported,
+    "curves in the report": reported_curves,
     "modes verb": lambda kind, folder: verb("modes", saved(kind, folder)),
     "simulate verb": lambda kind, folder: verb("simulate", saved(kind, folder)),
     "sweep verb": lambda kind, folder: verb("sweep", saved(kind, folder), "--over", axis(kind)),
@@ -217,7 +252,7 @@ VIEWS: dict[str, Callable[[Kind, Any], Any]] = {
 
 CYCLE = ("cycle told", "cycle pickled", "cycle in a file", "cycle drawn", "harmonics")
 VARIED = ("sweep", "critical points", "stability", "bifurcation", "study", "sweep verb")
-VARIED += ("stability boundary", "boundary verb")
+VARIED += ("stability boundary", "boundary verb", "curves in the report")
 GROWING = ("Stribeck", "table", "formula", "bristles", "own state", "two subsystems", "chain", "elastic stop")
 RECURRING = (
     *(
@@ -272,6 +307,7 @@ REFUSALS = [
     (("sensitivity",), ("table",), "friction: .* a table has no numbers to vary"),
     (("status table",), ("rigid pad",), "combination .*: the directions of its closed contacts depend"),
     (VARIED, ("no contact",), "no contact of the scene takes 'friction'|friction: the model has no such"),
+    (("curves in the explorer",), ("no contact",), "x: unknown name"),
     (("phase plane",), ("no contact",), "motion: a scene without contacts has no phase plane"),
 ]
 #: View and kind to what the refusal says.
@@ -286,7 +322,12 @@ def folders(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def short(monkeypatch):
     """Let reports be short: few values of a parameter, few motions to move through."""
-    for module, name, count in (("touch", "VALUES", 2), ("touch", "LOCI", 5), ("findings", "VALUES", 21)):
+    for module, name, count in (
+        ("touch", "VALUES", 2),
+        ("touch", "LOCI", 5),
+        ("findings", "VALUES", 21),
+        ("findings", "CELLS", 4),
+    ):
         monkeypatch.setattr(importlib.import_module(f"stickslip.report.{module}"), name, count)
     yield
     plt.close("all")
@@ -306,4 +347,4 @@ def test_every_kind_is_seen_through_every_view(kind, view, folders):
 def test_the_cells_are_counted():
     cells = {(kind, view) for kind in KINDS for view in VIEWS}
     assert cells > set(REFUSED)
-    assert (len(cells), len(REFUSED)) == (1484, 135)
+    assert (len(cells), len(REFUSED)) == (1540, 137)

@@ -315,6 +315,55 @@ def test_the_parameter_of_the_sweep_is_followed():
     assert "Stability over wall stiffness" in page(found)
 
 
+def test_curves_over_two_parameters_have_a_section():
+    model, values = ss.models.two_subsystems, {"friction": [0.0, 3.0], "vertical_stiffness_0": [5e4, 2e6]}
+    found = findings(model(), "x", settings={"duration": 0.01}, model=model, parameters=values)
+    assert found.parameter == "friction"
+    assert len(found.boundary) == 2
+    text = page(found)
+    outline = check(text)
+    assert (2, "Stability over two parameters") in outline.headings
+    assert {"Curves", "Points of codimension two"} <= set(outline.captions)
+    assert {"double hopf", "2.20159862977", "156687.999188", "0.584721 to 3"} <= set(outline.cells)
+    assert "agree at 64 x 64 places" in text
+    (drawing,) = (label for label in outline.pictures if "2 curves on which" in label)
+    assert drawing.startswith("Largest growth rate over vertical stiffness 0 and friction; ")
+    # Without curves there is nothing to draw, and the map is still there.
+    values = {"friction": [0.0, 0.1], "damping": [1e-4, 2e-4]}
+    calm = findings(model(), "x", settings={"duration": 0.01}, model=model, parameters=values)
+    assert len(calm.boundary) == 0
+    assert "Curves: none." in page(calm)
+
+
+def test_curves_that_cannot_be_followed_say_why_and_wrong_names_are_refused():
+    scene, settings = ss.models.two_subsystems(damping=0.0), {"duration": 0.01}
+    values = {"friction": [0.0, 3.0], "stiffness": [0.5, 2.0]}
+    found = findings(scene, "x", settings=settings, parameters=values)
+    assert found.boundary is None
+    text = page(found)
+    check(text)
+    assert "no curves over friction and stiffness: model: a mode neither grows nor decays" in text
+    assert "Stability over two parameters" not in page(findings(scene, "x", settings=settings))
+    for wrong, message in (
+        ({"friction": [0.0, 3.0], "nothing": [0.0, 1.0]}, "nothing: "),
+        ({"friction": [0.0, 3.0], "stiffness": "wide"}, "stiffness: "),
+        ({"friction": [0.0], "stiffness": [1.0], "mass": [1.0]}, "expected one or two, got"),
+    ):
+        with pytest.raises(ss.InputError, match=message):
+            findings(scene, "x", settings=settings, parameters=wrong)
+
+
+def test_a_scene_file_with_a_sweep_over_two_parameters_asks_for_curves(tmp_path):
+    file = tmp_path / "brake.toml"
+    over = {"friction": {"from": 0.0, "to": 3.0, "count": 5}, "damping": [1e-4, 2e-4]}
+    ss.save(ss.Case(ss.models.two_subsystems, run={"duration": 0.01}, sweep=over), file)
+    result = CliRunner().invoke(main, ["report", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "follows friction instead" not in result.output
+    outline = check((tmp_path / "brake.html").read_text(encoding="utf-8"))
+    assert any("2 curves on which stability" in label for label in outline.pictures)
+
+
 def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
     def search(*_, **__):
         raise AssertionError("a limit cycle was looked for")

@@ -15,6 +15,8 @@ import xarray as xr
 from stickslip.cycles.attractors import affordable_search, set_in_motion, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError
+from stickslip.locus.boundary.boundary import stability_boundary
+from stickslip.locus.boundary.result import StabilityBoundary
 from stickslip.locus.critical import critical_points
 from stickslip.locus.points import CriticalPoint
 from stickslip.locus.sweep import sweep
@@ -28,6 +30,7 @@ from stickslip.scene.contact import driven_letter
 from stickslip.scene.known import Known
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.parameters.family import Model
+from stickslip.scene.parameters.values import axis, checked_parameters
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import simulate
@@ -35,6 +38,8 @@ from stickslip.transient.trajectory import Trajectory
 
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 60
+#: Lines searched for curves in each of two parameters.
+CELLS = 16
 #: Smallest and largest slider speed of the loci under laws of friction, over that of the scene.
 SPEEDS = (0.1, 2.0)
 #: Dofs beyond which energy is left out.
@@ -74,6 +79,8 @@ class Findings:
     parameter, loci, critical
         Eigenvalues over friction (of all contacts, or a factor on the friction of each), or over slider speed
         where friction depends on it, and where their kind changes.
+    boundary
+        The curves over two parameters on which stability ends; None also where none were asked for.
     start, run
         The disturbed start and the motion from there.
     cycle
@@ -98,6 +105,7 @@ class Findings:
     parameter: str
     loci: xr.Dataset | None
     critical: list[CriticalPoint]
+    boundary: StabilityBoundary | None
     start: State | None
     run: Trajectory | None
     cycle: Cycle | None
@@ -155,7 +163,8 @@ def findings(
         computing).
     model, parameters
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
-        values over which eigenvalues are followed; None: friction.
+        values over which eigenvalues are followed; None: friction. Of two parameters with values: the curves
+        between the smallest and the largest on which stability ends, besides eigenvalues over friction.
     known
         What is known of the scene beyond its numbers.
     told
@@ -171,7 +180,11 @@ def findings(
     equilibrium = _equilibrium(scene, reasons)
     modes = complex_modes(scene, _sliding(scene) if equilibrium is None else equilibrium.combination)
     told("computing the eigenvalues over a parameter")
-    parameter, loci, critical = _loci(scene, modes, scene if model is None else model, parameters, reasons)
+    family, over, boundary = scene if model is None else model, parameters, None
+    if over is not None and len(over) == 2:
+        told("following the curves on which stability ends")
+        boundary, over = _boundary(modes, family, over, reasons), None
+    parameter, loci, critical = _loci(scene, modes, family, over, reasons)
     begin = start
     if begin is None and equilibrium is not None:
         begin = set_in_motion(scene, equilibrium, modes) if known.start is None else known.start
@@ -209,6 +222,7 @@ def findings(
         parameter=parameter,
         loci=loci,
         critical=critical,
+        boundary=boundary,
         start=begin,
         run=run,
         cycle=cycle,
@@ -312,7 +326,7 @@ def _loci_over(
     modes: Modes, model: Model, parameters: Mapping[str, Any], reasons: dict[str, str]
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
     if len(parameters) != 1:
-        raise InputError(f"parameters: expected one, got {list(parameters)}")
+        raise InputError(f"parameters: expected one or two, got {list(parameters)}")
     ((name, values),) = parameters.items()
     span: Any = (float(np.min(values)), float(np.max(values)))
     try:
@@ -324,6 +338,18 @@ def _loci_over(
         reasons["loci"] = f"no loci: {error}"
         return "", None, []
     return name, branches, list(points)
+
+
+def _boundary(
+    modes: Modes, model: Model, parameters: Mapping[str, Any], reasons: dict[str, str]
+) -> StabilityBoundary | None:
+    values = {name: axis(name, given) for name, given in checked_parameters(model, parameters).items()}
+    ranges = {name: (float(given.min()), float(given.max())) for name, given in values.items()}
+    try:
+        return stability_boundary(model, ranges, combination=modes.combination, cells=CELLS, progress=False)
+    except (InputError, RunError) as error:
+        reasons["boundary"] = f"no curves over {' and '.join(ranges)}: {error}"
+        return None
 
 
 def _motion(

@@ -15,7 +15,13 @@ from markupsafe import Markup
 from stickslip.faults import InputError
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
-from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
+from stickslip.report.steady import (
+    boundary_section,
+    equilibrium_section,
+    loci_section,
+    modes_section,
+    scene_section,
+)
 from stickslip.report.touch import HEADING, touch_section
 from stickslip.scene.checks import file_path
 from stickslip.scene.known import Known
@@ -33,6 +39,7 @@ CONTENTS = {
     "equilibrium": "Steady sliding",
     "modes": "Modes",
     "loci": "Stability over a parameter",
+    "boundary": "Stability over two parameters",
     "move": HEADING,
     "transient": "Transient",
     "cycle": "Limit cycle",
@@ -59,8 +66,9 @@ def write_report(
     """Write everything about a scene as one HTML page that needs no network.
 
     The page holds the scene, steady sliding, complex modes in motion, eigenvalues over a parameter, the
-    transient, the limit cycle, its spectrum and its energy, and a section of your own (`known`). If a result
-    cannot be computed, the page says why in its place.
+    curves over two on which stability ends if you name two, the transient, the limit cycle, its spectrum and
+    its energy, and a section of your own (`known`). If a result cannot be computed, the page says why in its
+    place.
 
     Parameters
     ----------
@@ -77,7 +85,9 @@ def write_report(
         (or decay) by e^30, but 20 to 400 of its periods.
     model, parameters
         The model to which the scene belongs (None: the scene itself), and one of its parameters with the
-        values over which eigenvalues are followed; None: friction.
+        values over which eigenvalues are followed; None: friction. Of two parameters with values: the curves
+        between the smallest and the largest on which stability ends (`stability_boundary`), besides
+        eigenvalues over friction.
     known
         Facts about the scene beyond its numbers: a start, places of its masses, a section of your own.
     origin
@@ -144,6 +154,11 @@ def page(
         "equilibrium": equilibrium_section(found),
         "modes": modes_section(found),
         "loci": loci_section(found),
+        **(
+            {"boundary": boundary_section(found)}
+            if found.boundary is not None or "boundary" in found.reasons
+            else {}
+        ),
         "move": touch_section(found, found.scene if model is None else model, told),
         "transient": transient_section(found),
         "cycle": cycle_section(found),

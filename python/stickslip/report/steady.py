@@ -17,6 +17,7 @@ from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
+from stickslip.show.plots import figure_of
 from stickslip.show.units import LENGTHS, suited
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
@@ -271,6 +272,36 @@ def loci_section(found: Findings) -> Markup:
         )
         if not exists.all()
         else "",
+    )
+
+
+def boundary_section(found: Findings) -> Markup:
+    """Return the curves over two parameters on which stability ends, and the points at which they meet."""
+    heading = "Stability over two parameters"
+    if found.boundary is None:
+        return section("boundary", heading, note(found.reasons["boundary"]))
+    boundary, summary = found.boundary, found.boundary.summary()
+    with drawing.style():
+        drawn = figure_of(boundary.plot())
+    upward, across = (name.replace("_", " ") for name in boundary.parameters)
+    alternative = (
+        f"Largest growth rate over {across} and {upward}; {len(boundary)} curves on which stability or "
+        f"steady sliding ends, {len(boundary.points)} points of codimension two"
+    )
+    return section(
+        "boundary",
+        heading,
+        figure(
+            drawing.svg(drawn, "boundary", alternative),
+            "Where stability ends. A thick line bounds a stable region, beside a thin one other modes grow, "
+            "and on a grey one there is no steady sliding.",
+        ),
+        *(
+            table(one.caption, one.headings, one.rows) if one.rows else paragraph(f"{one.caption}: none.")
+            for one in summary.tables
+        ),
+        facts(summary.facts),
+        note(f"A curve may be missing: {'; '.join(boundary.doubts)}.", "warning") if boundary.doubts else "",
     )
 
 

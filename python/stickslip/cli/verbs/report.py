@@ -30,7 +30,8 @@ def report(
 
     The page needs no network and can be printed. It shows the scene, steady sliding, complex modes in
     motion, eigenvalues over the parameter of [sweep] or friction, the transient, the limit cycle, spectrum
-    and energy. The last section holds date, command and scene file; the date
+    and energy; if [sweep] has two parameters, also the curves over both on which stability ends. The last
+    section holds date, command and scene file; the date
     is that of SOURCE_DATE_EPOCH, if it is set.
     """
     from stickslip.faults import InputError
@@ -49,7 +50,7 @@ def report(
         # Without steady sliding nothing can be disturbed: the page says so and shows the rest.
         start = None
     over = case.values()
-    if len(over) > 1:
+    if len(over) > 2:
         click.echo(f"[sweep] has {len(over)} parameters: the report follows friction instead", err=True)
         over = {}
     words = ["stickslip", "report", str(scene), *(part for text in changes for part in ("--set", text))]
