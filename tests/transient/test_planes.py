@@ -141,10 +141,8 @@ def test_motion_along_a_line_has_the_events_of_that_line(angle):
 def test_turned_directions_change_nothing():
     events = 0
     rng = np.random.default_rng(1)
-    for seed in range(60):
+    for seed in range(30):
         scene, start, duration = random_scene(np.random.default_rng(seed))
-        if (scene.mass[::2] != scene.mass[1::2]).any():
-            continue
         first = ss.simulate(scene.scene(), duration, start)
         second = ss.simulate(scene.scene(rng.uniform(0.0, 2 * np.pi)), duration, start)
         assert list(first.events.kind) == list(second.events.kind)
@@ -154,7 +152,7 @@ def test_turned_directions_change_nothing():
     assert events > 30
 
 
-@pytest.mark.parametrize("seed", [0, 5, 11, 1010, 1031])
+@pytest.mark.parametrize("seed", [0, 104, 123, 141, 157])
 def test_random_scenes_agree_with_a_general_integrator(seed):
     events, times, state = compared(seed)
     assert (events > 3) == (seed > 0)
@@ -188,6 +186,112 @@ def test_an_onset_without_a_drop_of_friction_takes_few_panels():
     assert run.events.time[0] == pytest.approx(0.1, rel=1e-15)
     stuck = ss.simulate(scene, run.events.time[0], ss.State([0.0, 0.0], [0.2, 0.1], "ss"))
     assert run.counters["panels"] - stuck.counters["panels"] <= 40
+
+
+def test_the_multipliers_of_a_circle_under_a_rotating_load_are_those_of_its_closed_form():
+    """In the frame that turns with the load the linearisation is constant; each exponent is one of a pair."""
+    rate = 0.8
+    loads = [
+        ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
+        ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
+    ]
+    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.3)
+    scene = ss.Scene(
+        [1.0, 1.0], np.eye(2), 0.05 * np.eye(2), dofs=("x", "y"), loads=loads, contacts=[contact]
+    )
+    start = ss.State([2.5, 0.0], [0.0, 2.0], "oo")
+    cycle = ss.simulate(scene, 300.0, start).limit_cycle(further=1000.0)
+    exponents = [-0.0617497258749691 + 1.79686029855597j, -0.0619603949790288 + 0.195468183464513j]
+    known = np.exp(2 * np.pi / rate * np.array([*exponents, *np.conj(exponents)]))
+    off = np.abs(np.array(cycle.multipliers)[:, None] - known[None, :])
+    assert off.min(axis=0).max() < 1e-13
+    assert sorted(np.abs(cycle.multipliers)) == pytest.approx(
+        [0.614690860013788] * 2 + [0.615708764022376] * 2, rel=1e-13
+    )
+
+
+def test_the_multipliers_of_stick_and_slip_are_the_rates_at_which_its_periods_settle():
+    scene = ss.Scene(
+        [1.0, 1.0],
+        [[30.0, 4.0], [4.0, 20.0]],
+        0.05 * np.eye(2),
+        dofs=("x", "y"),
+        contacts=[
+            ss.Contact(
+                tangential=("x", "y"),
+                normal_force=5.0,
+                friction=0.3,
+                static_friction=0.5,
+                slider_speed=(0.2, 0.1),
+            )
+        ],
+    )
+    run = ss.simulate(scene, 60.0, ss.State([0.0, 0.0], [0.2, 0.1], "ss"))
+    cycle = run.limit_cycle(further=100.0)
+    assert sorted(cycle.combinations) == ["oo", "ss"]
+    stops = run.events.time[run.events.kind == "velocity"]
+    np.testing.assert_allclose(np.diff(stops)[-3:], cycle.period, rtol=1e-12)
+    off = np.diff(stops)[4:9] - cycle.period
+    ratios = off[1:] / off[:-1]
+    shrinking = sorted(np.array(cycle.multipliers).real)[0]
+    assert shrinking == pytest.approx(-0.21008, abs=1e-4)
+    assert ratios[-1] == pytest.approx(shrinking, rel=1e-3)
+    # Two directions are forgotten where the contact sticks, and one is the shift in time.
+    assert sorted(np.round(np.abs(cycle.multipliers), 9))[:2] == [0.0, 0.0]
+    assert np.abs(cycle.multipliers).max() == pytest.approx(1.0, abs=1e-10)
+
+
+def test_multipliers_are_the_derivative_of_the_stroboscopic_map():
+    """Two bodies that slip, stop and slip again under loads, one without a drop of friction."""
+    rng = np.random.default_rng(101)
+    stiffness = np.diag(rng.uniform(1, 3, 4)) + 0.3
+    rate = rng.uniform(0.6, 1.4)
+    contacts = [
+        ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.8, static_friction=1.0),
+        ss.Contact(tangential=("z", "w"), normal_force=0.8, friction=0.6, slider_speed=(0.1, 0.0)),
+    ]
+    scene = ss.Scene(
+        np.repeat(rng.uniform(0.8, 1.2, 2), 2),
+        stiffness,
+        0.05 * stiffness,
+        dofs=("x", "y", "z", "w"),
+        contacts=contacts,
+        loads=[
+            ss.Harmonic({"x": 1.0, "z": 0.5}, rate / 2 / np.pi),
+            ss.Harmonic({"y": 0.6, "w": 0.8}, rate / 2 / np.pi, phase=1.0),
+        ],
+    )
+    period = 2 * np.pi / rate
+    run = ss.simulate(scene, 60 * period, ss.State(np.zeros(4), 0.1 * rng.normal(size=4), "oooo"))
+    cycle = run.limit_cycle(further=100 * period)
+    assert {"oooo", "ssoo", "ooss"} == set(cycle.combinations)
+    state = run.state(60 * period)
+    assert state.combination == "oooo"
+    place = np.concatenate([state.position, state.velocity])
+
+    def after(moved):
+        return end(ss.simulate(scene, period, ss.State(moved[:4], moved[4:], "oooo")))
+
+    step = 1e-6
+    columns = [(after(place + step * unit) - after(place - step * unit)) / (2 * step) for unit in np.eye(8)]
+    known = sorted(np.abs(np.linalg.eigvals(np.transpose(columns))))[-4:]
+    np.testing.assert_allclose(sorted(np.abs(cycle.multipliers))[-4:], known, atol=1e-8)
+
+
+def test_a_slip_that_ends_slowly_takes_few_panels():
+    """The forces on the contact are just below its limit: its direction relaxes much faster than it stops."""
+    scene = puck(9.81, 0.5, 1.0003 * float(np.tan(0.5)))
+    run = ss.simulate(scene, 1.0, ss.State([0.0, 0.0], [1e-3, 0.0], "oo"))
+    pull = 9.81 * np.sin(0.5)
+    assert run.events.time[0] == pytest.approx(1e-3 * 1.0003 / (pull * (1.0003**2 - 1)), rel=1e-11)
+    assert run.counters["panels"] < 150
+
+
+def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
+    scene = oscillator(np.array([0.6, 0.8]), 0.3)
+    near = ss.steady_sliding(scene).perturbed(velocity={"x": 0.05})
+    with pytest.raises(ss.NotPeriodicError, match="settles to an equilibrium"):
+        ss.simulate(scene, 1.0, near).limit_cycle(further=5.0)
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,8 @@ def circle():
     # P^2 = (s R)^2 + (c w R + f)^2
     both = stiffness**2 + (c * w) ** 2
     root = (mp.sqrt((c * w * f) ** 2 + both * (1 - f**2)) - c * w * f) / both
+    cycle = ss.simulate(scene, 200.0, start).limit_cycle(further=1000.0)
+    multipliers = sorted(np.abs(cycle.multipliers))
     lost = -float(run.balance().contacts.work.to_numpy().sum())
     return [
         Quantity(
@@ -106,6 +108,19 @@ def circle():
             expected=2 * mp.pi * f * root,
             computed=lost,
             relative=1e-13,
+        ),
+        *(
+            Quantity(
+                name=f"modulus of the {which} multipliers",
+                unit="",
+                expected=mp.mpf(digits),
+                computed=float(multiplier),
+                relative=1e-12,
+            )
+            for which, digits, multiplier in (
+                ("smaller", "0.614690860013788", multipliers[0]),
+                ("larger", "0.615708764022376", multipliers[2]),
+            )
         ),
     ]
 
@@ -169,9 +184,10 @@ CASES = [
         source="Closed form, `P^2 = ((k - m W^2) R)^2 + (c W R + f)^2`.",
         model=(
             "A mass of 1 kg on springs of 1 N/m with dampers of 0.05 N s/m and friction of 0.3 N in the "
-            "plane, under a load of 1 N that turns by 0.8 1/s."
+            "plane, under a load of 1 N that turns by 0.8 1/s. In the frame of the load the linearisation "
+            "is constant, and gives the multipliers."
         ),
-        tolerance="1e-14 and 1e-13, relative.",
+        tolerance="1e-14 to 1e-12, relative.",
         quantities=circle,
     ),
     Case(

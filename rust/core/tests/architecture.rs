@@ -30,10 +30,10 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3560),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 10520),
+    ("motion", 10950),
     ("transient", 4250),
     ("energy", 668),
-    ("cycles", 4250),
+    ("cycles", 4290),
     ("study", 1130),
 ];
 

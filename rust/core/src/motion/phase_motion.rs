@@ -190,6 +190,23 @@ impl Motion {
         }
     }
 
+    /// Of neighbours carried up to the end of a slip in a plane: how the time that is left grows with velocities, by coordinates.
+    pub fn time_left_by_slip(&self) -> Option<[(usize, f64); 2]> {
+        let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };
+        self.law.as_ref()?.time_left_by_slip(operator)
+    }
+
+    /// The time until the slip of a contact in a plane ends, where this is not after `most`, s.
+    pub fn slip_lasts(&mut self, contact: usize, most: f64) -> Option<f64> {
+        let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };
+        let law = self.law.as_mut()?;
+        let scene = self.bases[self.current].scene(&self.scene);
+        while law.stopped(operator).is_none() && law.end() < most {
+            law.advance(scene, operator);
+        }
+        (law.stopped(operator) == Some(contact)).then(|| law.start())
+    }
+
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
         let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };

@@ -19,10 +19,11 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::contact::contact_forces::{contact_forces, contact_forces_in, reaction, response};
-use crate::contact::event_function::{event_functions, slip_velocity};
+use crate::contact::event_function::{EventFunction, event_functions, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
+use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::Modes;
 use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::law::FrictionLaw;
@@ -36,6 +37,8 @@ use crate::transient::trajectory::sampling::Cursor;
 /// Steps of Newton's method to where elements let the motion rest, and the change of places that ends them.
 const STEPS: usize = 60;
 const NEAR: f64 = 1e-12;
+/// Part of the largest damping by which a least one may be negative.
+const ROUNDING: f64 = 1e-12;
 /// Number of times that a box is made larger.
 const TRIALS: usize = 20;
 
@@ -109,6 +112,9 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
             break;
         }
     }
+    if moving.slipping_in_planes(combination).next().is_some() {
+        return slips_on_in_planes(moving, combination, [&q, &u]);
+    }
     let linear = &*moving.linear_about(&about);
     let scene = &*linear.at_steady_sliding();
     let Some((mut rest, reduced)) = place_at_rest(scene, combination, &q) else { return false };
@@ -166,12 +172,63 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         functions
     });
     functions.is_ok_and(|functions| {
-        functions.iter().all(|function| {
+        let at_rest_and_reach = |function: &EventFunction| {
             let functional = over_own(function.functional.clone());
             let forces: f64 = function.forces.iter().map(|part| part.1.abs()).sum();
-            functional.value(&rest, &still)
-                > reach(&functional, reduced, &modes, &z) + forces * beyond
+            let reach = reach(&functional, reduced, &modes, &z) + forces * beyond;
+            (functional.value(&rest, &still), reach)
+        };
+        let largest = |function: &EventFunction| {
+            let (at_rest, reach) = at_rest_and_reach(function);
+            at_rest.abs() + reach
+        };
+        functions.iter().all(|function| match function.cone {
+            None => {
+                let (at_rest, reach) = at_rest_and_reach(function);
+                at_rest > reach
+            }
+            Some(limit) => {
+                let beside = scene.contacts[function.contact].plane.map(|plane| plane.beside);
+                let mut others = functions.iter().filter(|one| Some(one.contact) == beside);
+                others.all(|other| largest(function).hypot(largest(other)) < limit)
+            }
         })
+    })
+}
+
+/// Whether all contacts slip steadily in planes in the end, and none of them stops before: friction takes energy from the deviation
+/// from steady sliding, as `(w_1 - w_2) . (e_1 - e_2) >= 0`, so that this bounds its velocities for good.
+fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]; 2]) -> bool {
+    let statuses = combination.statuses();
+    if statuses.iter().any(|&status| status != Status::Slipping)
+        || moving.energy_parts.is_some()
+        || moving.has_elements()
+    {
+        return false;
+    }
+    let steady = moving.at_steady_sliding();
+    let Some((rest, reduced)) = place_at_rest(&steady, combination, q) else { return false };
+    // Where K or C feeds energy, it bounds nothing; a motion that does not decay never comes to rest.
+    let positive = |matrix: &DMatrix<f64>, least: f64| {
+        let values = matrix.clone().symmetric_eigenvalues();
+        values.iter().all(|&value| value >= least * values.amax())
+    };
+    let Ok(about) = moving.bare().linearised(combination) else { return false };
+    let decays = Modes::new(&about, combination)
+        .is_ok_and(|modes| modes.eigenvalues.iter().all(|lambda| lambda.re < 0.0));
+    if !(decays && positive(&reduced.stiffness, 0.0) && positive(&reduced.damping, -ROUNDING)) {
+        return false;
+    }
+    let away: Vec<f64> = q.iter().zip(&rest).map(|(q, rest)| q - rest).collect();
+    let form = |matrix: &SparseMatrix, x: &[f64]| {
+        matrix.apply(x).iter().zip(x).map(|(a, b)| a * b).sum::<f64>()
+    };
+    let energy = form(&moving.stiffness, &away) + form(&moving.mass, u);
+    moving.planes().all(|contacts| {
+        let laws = contacts.map(|contact| &moving.contacts[contact]);
+        let mass = laws.map(|law| moving.mass.get(law.tangential, law.tangential));
+        let speed = laws[0].slider_speed.hypot(laws[1].slider_speed);
+        energy < mass[0].min(mass[1]) * speed * speed
     })
 }
 

@@ -1,7 +1,7 @@
 //! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
 //! of friction over slip speed add if mass couples contacts.
 
-use crate::contact::contact_forces::response;
+use crate::contact::contact_forces::{reaction, response};
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
@@ -15,6 +15,8 @@ pub(crate) struct EventValue {
     pub functional: Functional,
     /// The change per newton of each law of friction, by contact that slides by its law; empty if the laws add nothing.
     friction: Vec<f64>,
+    /// Of a contact that sticks in a plane: T along the other direction, and `mu_static N`.
+    cone: Option<(Functional, f64)>,
 }
 
 impl EventValue {
@@ -28,12 +30,21 @@ impl EventValue {
             friction
                 .extend((0..response.ncols()).map(|source| function.response(&response, source)));
         }
-        Self { functional: function.functional, friction }
+        let cone = function.cone.and_then(|limit| {
+            let plane = scene.contacts[function.contact].plane?;
+            Some((reaction(&phase, plane.tangential), limit))
+        });
+        Self { functional: function.functional, friction, cone }
     }
 
     /// Its value in a state, and the scale of its terms.
     pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
         let (q, u) = state.split_at(state.len() / 2);
+        if let Some((other, limit)) = &self.cone {
+            let forces = [&self.functional, other].map(|force| force.value(q, u));
+            let square = forces.iter().map(|force| force * force).sum::<f64>();
+            return (limit * limit - square, limit * limit + square);
+        }
         let linear = (self.functional.value(q, u), self.functional.magnitude(q, u));
         if self.friction.is_empty() {
             return linear;
@@ -45,6 +56,11 @@ impl EventValue {
     /// How it changes there along a direction (dq, dq').
     pub fn rate(&self, flow: &Flow<'_>, state: &[f64], direction: &[f64]) -> f64 {
         let (dq, du) = direction.split_at(direction.len() / 2);
+        if let Some((other, _)) = &self.cone {
+            let (q, u) = state.split_at(state.len() / 2);
+            let forces = [&self.functional, other];
+            return forces.iter().map(|f| -2.0 * f.value(q, u) * f.rate(dq, du)).sum();
+        }
         let linear = self.functional.rate(dq, du);
         if self.friction.is_empty() {
             return linear;

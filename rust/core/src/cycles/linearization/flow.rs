@@ -64,12 +64,14 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
-        if let Some([contact, _]) = scene.planes().next() {
-            let reason = "the linearised motion of limit cycles, their multipliers and branches";
+        if let Some(contact) = scene.unlike_masses_in_planes() {
+            let reason =
+                "unlike masses along its directions, in the linearised motion of limit cycles";
             return Err(Error::Plane { contact, reason });
         }
         let linear = of_phase(scene, &basis.combination);
         let by_law = linear.sliding_by_law(&basis.combination).next().is_some()
+            || linear.slipping_in_planes(&basis.combination).next().is_some()
             || linear.nonlinear_elements().next().is_some();
         let basis = match &basis.propagator {
             // Neighbours are carried in one piece.
@@ -256,7 +258,32 @@ impl<'a> Flow<'a> {
 
     /// y'' in a state with y' = `field`.
     pub fn field_rate(&self, state: &[f64], field: &[f64]) -> Vec<f64> {
-        self.rate(field, 0.0, &self.friction_rates(state, field))
+        let mut rate = self.rate(field, 0.0, &self.friction_rates(state, field));
+        if let Some(law) = self.law().filter(|law| law.has_planes()) {
+            let n = self.scene.size;
+            let mut residual = vec![0.0; n];
+            let mut acceleration = vec![0.0; n];
+            law.push_rates_in_planes(&state[n..], &field[n..], &mut residual);
+            self.equation.accelerate(&mut residual, &mut acceleration);
+            rate[n..].iter_mut().zip(&acceleration).for_each(|(sum, part)| *sum += part);
+        }
+        rate
+    }
+
+    /// Of neighbours just carried up to the end of a slip in a plane: how the time of that grows with each of them.
+    pub fn delay_of_stop(&self, neighbour: &[f64]) -> f64 {
+        let by_slip = self.running.borrow().0.time_left_by_slip();
+        let u = &neighbour[self.scene.size..];
+        by_slip.map_or(f64::NAN, |terms| terms.iter().map(|&(k, weight)| weight * u[k]).sum())
+    }
+
+    /// The time until the slip of a contact in a plane ends, where this is not after `most`, s.
+    pub fn slip_lasts(&self, start: &[f64], contact: usize, most: f64) -> Option<f64> {
+        let (motion, from) = &mut *self.running.borrow_mut();
+        let (q, u) = start.split_at(self.scene.size);
+        motion.restart(&self.basis, q, u);
+        from.fill(f64::NAN);
+        motion.slip_lasts(contact, most)
     }
 
     /// `(q', q'')` of a state, with forces, loads and speeds of sticking contacts times `load` (0 leaves the linear part), and
@@ -268,6 +295,9 @@ impl<'a> Flow<'a> {
         let mut residual = scene.residual(load, q, u);
         if let Some(law) = self.law() {
             law.push(friction, &mut residual);
+            if load != 0.0 {
+                law.push_in_planes(u, &mut residual);
+            }
         }
         let mut field = vec![0.0; 2 * n];
         let (speed, acceleration) = field.split_at_mut(n);

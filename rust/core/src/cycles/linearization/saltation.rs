@@ -108,6 +108,12 @@ impl Passage {
         })
     }
 
+    /// Whether it ends a slip in a plane, whose time is known explicitly.
+    pub fn stops_in_plane(&self, scene: &Scene) -> bool {
+        let contact = scene.contacts.get(self.contact);
+        self.trigger == EventKind::Velocity && contact.is_some_and(|law| law.plane.is_some())
+    }
+
     /// The event function in a state, and the scale of its terms.
     pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
         self.event.value(flow, state)
@@ -177,6 +183,11 @@ impl Passage {
                 timing[law.normal] = (1.0 + law.restitution) / (lost * start[n + law.normal]);
                 (0.0, timing, 1.0)
             }
+            _ if self.stops_in_plane(scene) => {
+                let delay =
+                    |column: usize| flow.delay_of_stop(transition.column(column).as_slice());
+                (0.0, (0..size).map(delay).collect(), 1.0)
+            }
             _ => {
                 let speed = self.event.rate(flow, end, &field);
                 let along = |column: usize| {
@@ -206,6 +217,7 @@ impl Passage {
                 let acceleration = flow.field(start)[n + law.normal];
                 -2.0 * neighbour[n + law.normal] / (acceleration * (1.0 - law.restitution))
             }
+            _ if self.stops_in_plane(scene) => flow.delay_of_stop(neighbour),
             _ => -self.event.rate(flow, end, neighbour) / self.event.rate(flow, end, &field),
         };
         let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();

@@ -32,6 +32,8 @@ const LARGEST_STEP: f64 = 3.0;
 const ROUNDING: f64 = 1e-13;
 /// Part of its first speeds below which an orbit is a steady state.
 const STILL: f64 = 1e-6;
+/// Durations of a phase after which a slip in a plane that ends it counts as endless.
+const LATEST: f64 = 4.0;
 /// Phases of a pass between two looks at whether the search is over.
 const PATIENCE: usize = 16;
 /// A relative step that may be the last one if the next is no smaller.
@@ -324,8 +326,11 @@ impl Orbit {
     }
 }
 
-/// The duration of a phase that ends where a series of bounces comes to rest.
+/// The duration of a phase that ends where a series of bounces comes to rest, or a slip in a plane.
 fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &OrbitPhase) -> Option<f64> {
+    if step.passage.stops_in_plane(scene) {
+        return flow.slip_lasts(&step.state, step.passage.contact, LATEST * step.duration);
+    }
     if step.kind != EventKind::Accumulation || step.passage.is_joint() {
         return None;
     }

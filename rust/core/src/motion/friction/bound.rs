@@ -224,9 +224,10 @@ impl Kernel for Bound<'_> {
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
-            let [cut, round] = series.error(one, units);
+            let [cut, round, apart] = series.error(one, units, taylor.width);
             truncated = together(truncated, taylor.width * one.force_norm * cut);
-            rounded = together(rounded, taylor.width * one.force_norm * round);
+            let round = taylor.width * one.force_norm * round + widened * apart / one.slip_norm;
+            rounded = together(rounded, round);
         }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);

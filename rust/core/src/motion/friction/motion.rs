@@ -9,7 +9,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
-use crate::motion::friction::plane::PlaneSeries;
+use crate::motion::friction::plane::{CONSTANT, PlaneSeries};
 use crate::motion::friction::series::coefficients::{UNIT, scale, size};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
@@ -34,6 +34,9 @@ pub(super) const STALLED: usize = 1000;
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
+/// Times that a balance of forces is improved, each time by at least this factor.
+pub(super) const BALANCES: usize = 24;
+const SETTLES: f64 = 0.5;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
@@ -152,6 +155,8 @@ pub(crate) struct LawMotion {
     /// The one whose slip ends with the panel, and the one whose slip has ended.
     stopping: Option<usize>,
     stopped: Option<usize>,
+    /// The time left to its end, times the rate of the motion, over which forces on a slip count as constant.
+    pub(super) constant: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
@@ -215,7 +220,7 @@ impl LawMotion {
         let own = operator.taylor.equation.scene(scene);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
-        (self.stopping, self.stopped) = (None, None);
+        (self.stopping, self.stopped, self.constant) = (None, None, CONSTANT);
         (self.share, self.left_out) = (1.0, 0.0);
         self.planes.resize_with(operator.planes.len(), PlaneSeries::default);
         for (place, (one, series)) in operator.planes.iter().zip(&mut self.planes).enumerate() {
@@ -283,9 +288,17 @@ impl LawMotion {
     }
 
     /// Whether the panel is the last one of a slip in a plane.
-    #[cfg(test)]
     pub fn ends_slip(&self) -> bool {
         self.stopping.is_some()
+    }
+
+    /// Of the last panel of a slip in a plane: how the time that is left grows with the velocities of both directions, by their
+    /// coordinates.
+    pub fn time_left_by_slip(&self, operator: &LawOperator) -> Option<[(usize, f64); 2]> {
+        let place = self.stopping?;
+        let by_slip = self.planes[place].time_left_by_slip()?;
+        let coordinates = operator.planes[place].coordinates;
+        Some([0, 1].map(|i| (coordinates[i], by_slip[i])))
     }
 
     /// The contact in a plane whose slip has ended here.
@@ -323,6 +336,7 @@ impl LawMotion {
         }
         self.ended = self.ended.or_else(|| self.end_of_flow(operator));
         self.end_slip(scene, operator);
+        self.follow_directions(scene, operator);
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -338,8 +352,9 @@ impl LawMotion {
             let factor = factor.min(STEEPEST / bound.exponent);
             if bound.holds {
                 // None of it grows on a shorter panel, and truncation of the state falls with the 30th power of the width.
-                // What the series of a beginning slip leaves out begins at lower orders.
-                if factor < 1.0 && self.planes.iter().any(PlaneSeries::begins) {
+                // What the series of a slip that begins or is slow leaves out begins at lower orders.
+                let all = |one: &PlaneSeries| one.begins() || one.follows();
+                if factor < 1.0 && self.planes.iter().any(all) {
                     self.shorten(factor);
                     continue;
                 }
@@ -366,19 +381,67 @@ impl LawMotion {
         self.cut(operator, scale);
     }
 
+    /// Lets the directions of slow slips follow from the balance of forces, on a wider panel, where they have come to that.
+    fn follow_directions(&mut self, scene: &Scene, operator: &LawOperator) {
+        if self.stopping.is_some() {
+            return;
+        }
+        let width = self.taylor.width;
+        let stiff = operator.planes.iter().zip(&self.planes);
+        let parts: Vec<Option<f64>> =
+            stiff.map(|(one, series)| series.stiff_part(one, operator.taylor.width())).collect();
+        let Some(part) = parts.iter().flatten().copied().reduce(f64::min) else { return };
+        let wide = part * operator.taylor.width();
+        if wide <= width {
+            return;
+        }
+        let rounding = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
+        self.taylor.begin_within(wide / width);
+        let all = self.planes.iter_mut().zip(&parts).filter(|one| one.1.is_some());
+        all.for_each(|(series, _)| series.let_follow(true));
+        let mut before = f64::INFINITY;
+        for _ in 0..BALANCES {
+            self.recur(scene, operator);
+            let following = operator.planes.iter().zip(&mut self.planes);
+            let following = following.filter(|(_, series)| series.follows());
+            let (mut settled, mut near, mut largest) = (true, true, 0.0f64);
+            for (one, series) in following {
+                let [change, apart] = series.improve(one, wide);
+                largest = largest.max(change / one.limit);
+                settled &= change <= UNRESOLVED * UNIT * one.limit;
+                near &= apart <= rounding * one.slip_norm;
+            }
+            if settled && near {
+                return;
+            }
+            if !(largest < SETTLES * before) {
+                break;
+            }
+            before = largest;
+        }
+        self.planes.iter_mut().for_each(|series| {
+            if series.follows() {
+                series.let_follow(false);
+            }
+        });
+        self.taylor.begin_within(width / wide);
+        self.recur_in_range(scene, operator);
+    }
+
     /// Makes the panel the last one of a slip in a plane that ends within it.
     fn end_slip(&mut self, scene: &Scene, operator: &LawOperator) {
         self.stopping = None;
-        let (rate, width) = (operator.taylor.norm(), self.taylor.width);
+        let (rate, width, constant) =
+            (operator.taylor.norm(), operator.taylor.width(), self.constant);
         let unresolved = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
         let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
         let ends = ends.filter_map(|(place, (one, series))| {
-            Some((place, series.end(one, width, rate, unresolved)?))
+            Some((place, series.end(one, width, rate, [constant, unresolved])?))
         });
         let Some((place, time)) = ends.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let others = self.planes.iter_mut().enumerate().filter(|&(other, _)| other != place);
         others.for_each(|(_, series)| series.end_later());
-        self.taylor.begin_within(time / width);
+        self.taylor.begin_within(time / self.taylor.width);
         self.recur(scene, operator);
         self.stopping = Some(place);
     }

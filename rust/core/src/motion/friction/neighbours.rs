@@ -4,13 +4,19 @@
 //! `dy = a dS + b dN`; the slopes of a formula with a state z are a and b of `dy = a dS + b dz`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::motion::{LawMotion, STALLED, Sliding};
+use crate::motion::friction::motion::{BALANCES, LawMotion, STALLED, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::plane::{NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes};
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::friction::decay::product;
 use crate::scene::model::Scene;
 
+/// Part of its duration about which a phase ends with a slip in a plane, and which it does not outlast.
+const NEAR: f64 = 1e-9;
+const FAR: f64 = 2.0;
+/// Part of its size to which a balance across a slow slip is known.
+const BALANCED: f64 = 1e-15;
 /// A panel is shortened to no less than this part of its width at a time.
 const SHORTEST: f64 = 0.1;
 
@@ -40,6 +46,7 @@ impl LawMotion {
         neighbours: &mut [Vec<f64>],
     ) {
         let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
+        self.constant = NO_TIME;
         loop {
             let slopes: Vec<Slopes> = operator
                 .contacts
@@ -56,7 +63,8 @@ impl LawMotion {
                     },
                 })
                 .collect();
-            let of = |dy: &Vec<f64>| self.neighbour(scene, operator, &slopes, dy);
+            let planes: Vec<PlaneSlopes> = self.planes.iter().map(PlaneSeries::slopes).collect();
+            let of = |dy: &Vec<f64>| self.neighbour(scene, operator, &slopes, &planes, dy);
             let all: Vec<Series> = neighbours.iter().map(of).collect();
             let width = self.taylor.width;
             let left_out = |one: &Series| one.left_out(scene.size, width, operator);
@@ -69,7 +77,13 @@ impl LawMotion {
             }
             let factor = (TRUNCATION / worst).powf(1.0 / DEGREE as f64).clamp(SHORTEST, 1.0);
             let (start, end) = (self.start(), self.start() + factor * width);
-            let last = !(end < duration);
+            if self.ends_slip() {
+                // Slip ends at once, and its derivative by the neighbours is that of the time left.
+                return;
+            }
+            let left = duration - start;
+            let ends = self.planes.iter().any(|one| one.ends_about(left, NEAR * duration));
+            let last = !(end < duration) && !ends;
             before = end;
             let offset = if last { duration - start } else { factor * width };
             for (dy, series) in neighbours.iter_mut().zip(&all) {
@@ -83,6 +97,10 @@ impl LawMotion {
                 // The law ends no shorter panel.
                 (self.next, self.ends) = (None, None);
             }
+            if self.end() > FAR * duration {
+                neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
+                return;
+            }
             self.advance(scene, operator);
         }
     }
@@ -92,6 +110,31 @@ impl LawMotion {
         scene: &Scene,
         operator: &LawOperator,
         slopes: &[Slopes],
+        planes: &[PlaneSlopes],
+        dy: &[f64],
+    ) -> Series {
+        let h = self.taylor.width;
+        let mut slipping: Vec<PlaneNeighbour> =
+            planes.iter().map(|_| PlaneNeighbour::default()).collect();
+        for _ in 1..BALANCES {
+            let series = self.of_neighbour(scene, operator, (slopes, planes), &mut slipping, dy);
+            let all = operator.planes.iter().zip(&self.planes).zip(&mut slipping);
+            let off = all.map(|((one, series), own)| series.improve_neighbour(one, own, h));
+            // Where a balance does not settle, the series shows it by its last terms.
+            if off.fold(0.0, f64::max) <= BALANCED {
+                return series;
+            }
+        }
+        self.of_neighbour(scene, operator, (slopes, planes), &mut slipping, dy)
+    }
+
+    /// The series of a neighbour where the balances of slow slips in planes are as they are known.
+    fn of_neighbour(
+        &self,
+        scene: &Scene,
+        operator: &LawOperator,
+        (slopes, planes): (&[Slopes], &[PlaneSlopes]),
+        slipping: &mut [PlaneNeighbour],
         dy: &[f64],
     ) -> Series {
         let equation = &operator.taylor.equation;
@@ -104,6 +147,11 @@ impl LawMotion {
         // Velocities that follow from forces are found with their order.
         for &k in &equation.reduction.kept {
             terms[n + k] = h * dy[n + k];
+        }
+        for (one, (series, own)) in operator.planes.iter().zip(self.planes.iter().zip(&*slipping)) {
+            let slip = one.coordinates.map(|k| terms[n + k]);
+            let slip = series.relaxed(own, slip, h);
+            one.coordinates.iter().zip(slip).for_each(|(&k, slip)| terms[n + k] = slip);
         }
         let count = slopes.len();
         let mut slips = vec![[0.0; COEFFICIENTS]; count];
@@ -143,6 +191,12 @@ impl LawMotion {
             }
             let mut residual = own.residual(0.0, q, &u);
             operator.push(&forces, &mut residual);
+            for (place, one) in operator.planes.iter().enumerate() {
+                let given = [&u, &residual].map(|of| one.coordinates.map(|row| of[row]));
+                let (series, slipping) = (&self.planes[place], &mut slipping[place]);
+                let force = series.carry(one, &planes[place], slipping, k, given, h);
+                one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
+            }
             equation.accelerate(&mut residual, &mut acceleration);
             for (one, slip) in operator.contacts.iter().zip(&slips) {
                 if let Some(flow) = &one.flow {

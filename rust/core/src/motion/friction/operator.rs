@@ -311,6 +311,26 @@ impl LawOperator {
         solve(matrix, &given)
     }
 
+    pub fn has_planes(&self) -> bool {
+        !self.planes.is_empty()
+    }
+
+    /// Adds the friction in planes to a residual, which has no friction yet.
+    pub fn push_in_planes(&self, u: &[f64], residual: &mut [f64]) {
+        for one in &self.planes {
+            let force = one.friction(u, one.coordinates.map(|row| residual[row]));
+            one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
+        }
+    }
+
+    /// How it changes along accelerations.
+    pub fn push_rates_in_planes(&self, u: &[f64], rates: &[f64], residual: &mut [f64]) {
+        for one in &self.planes {
+            let force = one.friction_rate(u, one.coordinates.map(|row| rates[row]));
+            one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
+        }
+    }
+
     /// How these forces change along a direction (dq, dq').
     pub fn force_rates(&self, [q, u]: [&[f64]; 2], [dq, du]: [&[f64]; 2]) -> Vec<f64> {
         let excess: Vec<f64> = self.contacts.iter().map(|one| one.excess(q, u)).collect();

@@ -15,6 +15,10 @@
 //! friction. In the energy norm (and where the norm is the largest entry, in that with `(w_x^2 + w_y^2)^(1/2)` in place of both
 //! entries) only the defect of the series counts, no slope of e, however slow the slip is.
 //!
+//! *Slow slip.* The direction relaxes at the rate `mu N / (m r)`. Where this is fast, no series of t in time holds for longer; but the
+//! direction that has relaxed follows from the balance across e_0, `mu N e = R - M w'` there, into which `w = a (1, t)` is put again and
+//! again. What is left of this balance is the defect of that w, whatever the rate.
+//!
 //! *End of slip.* With r = |w|, f = |R| and equal masses m, `r (mu N + R . e)` falls at the rate `((mu N)^2 - f^2) / m` while R is constant
 //! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
 //! with r until R is constant over that time to rounding; the last one takes w to zero at a constant rate.
@@ -27,9 +31,13 @@ use crate::scene::model::Scene;
 /// Difference of `|R|` and `mu N`, relative to that, below which slip begins without a drop of friction.
 const EQUAL: f64 = 1e-9;
 /// Time to the end of slip, times the rate of the motion, from which on R is constant: its square is rounding.
-const CONSTANT: f64 = 1e-8;
-/// The same where masses differ, and the time is a bound.
-const NO_TIME: f64 = 8.0 * f64::EPSILON;
+pub(super) const CONSTANT: f64 = 1e-8;
+/// The same where masses differ, and the time is a bound, and for neighbours of a motion, of which the first order counts.
+pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
+/// Times that the direction of slip relaxes over a panel from which on it follows from a balance, and the part of what is left of a
+/// slip that such a panel has at most.
+const STIFF: f64 = 40.0;
+const REMAINS: f64 = 0.5;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
 /// Steps of Newton's method to the direction in which slip begins where masses differ.
@@ -60,6 +68,8 @@ enum Course {
     Slips,
     /// p = 1 or 2.
     Begins(usize),
+    /// Slip that is so slow that its direction follows from the balance across it.
+    Follows,
     /// The force that takes w to zero at the end of the panel.
     Ends([f64; 2]),
 }
@@ -67,6 +77,8 @@ enum Course {
 /// One of them along the panel.
 #[derive(Debug, Clone)]
 pub(super) struct PlaneSeries {
+    /// The time that is left of a slip whose forces are constant, s; infinite of one that they do not end.
+    left: f64,
     course: Course,
     /// e_0
     direction: [f64; 2],
@@ -79,6 +91,8 @@ pub(super) struct PlaneSeries {
     across: [f64; COEFFICIENTS],
     /// R of order 0 without friction.
     pub(super) reaction: [f64; 2],
+    /// Where the direction follows: the force that accelerates slip across e_0.
+    pull: [f64; COEFFICIENTS],
 }
 
 impl Default for PlaneSeries {
@@ -86,6 +100,7 @@ impl Default for PlaneSeries {
         let none = [0.0; COEFFICIENTS];
         Self {
             course: Course::default(),
+            left: f64::INFINITY,
             direction: [1.0, 0.0],
             slip: [none; 2],
             ratio: none,
@@ -93,6 +108,7 @@ impl Default for PlaneSeries {
             along: none,
             across: none,
             reaction: [0.0; 2],
+            pull: none,
         }
     }
 }
@@ -143,6 +159,26 @@ impl PlaneContact {
     fn turned_back(direction: [f64; 2], w: [f64; 2]) -> [f64; 2] {
         let [x, y] = direction;
         [x * w[0] - y * w[1], y * w[0] + x * w[1]]
+    }
+
+    /// The friction force in a state; where slip begins, by the forces R on the contact.
+    pub fn friction(&self, u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
+        let w = self.slip_at(u);
+        let speed = w[0].hypot(w[1]);
+        let direction = if speed == 0.0 { self.departs(reaction) } else { w.map(|w| w / speed) };
+        direction.map(|e| -self.limit * e)
+    }
+
+    /// How it changes with w; not at all where slip begins.
+    pub fn friction_rate(&self, u: &[f64], rate: [f64; 2]) -> [f64; 2] {
+        let w = self.slip_at(u);
+        let speed = w[0].hypot(w[1]);
+        if speed == 0.0 {
+            return [0.0; 2];
+        }
+        let direction = w.map(|w| w / speed);
+        let [_, across] = Self::turned(direction, rate);
+        Self::turned_back(direction, [0.0, -self.limit * across / speed])
     }
 
     /// Masses along, across, and between both, in the frame of a direction.
@@ -236,6 +272,13 @@ impl PlaneSeries {
                 self.follow(k);
                 self.force(one, k)
             }
+            Course::Follows => {
+                self.keep(k, w);
+                let [_, across] = PlaneContact::turned(self.direction, reaction);
+                self.across[k] = (across - self.pull[k]) / one.limit;
+                self.close(k);
+                self.force(one, k)
+            }
             Course::Begins(power) => {
                 self.keep(k, if k < power { [0.0; 2] } else { w });
                 self.balance(one, k, power, reaction, width);
@@ -253,6 +296,53 @@ impl PlaneSeries {
         self.slip[0][k] = along;
         // The panel begins along e_0.
         self.slip[1][k] = if k == 0 { 0.0 } else { across };
+    }
+
+    /// c and t of order k from t c: `c^2 + (t c)^2 = 1`.
+    fn close(&mut self, k: usize) {
+        let square = convolved(&self.across, &self.across, k, [0, 0]);
+        self.along[k] = match k {
+            0 => (1.0 - square).max(0.0).sqrt(),
+            _ => {
+                let lower = convolved(&self.along, &self.along, k, [1, 1]);
+                -0.5 * (square + lower) / self.along[0]
+            }
+        };
+        self.ratio[k] = 0.0;
+        let known = convolved(&self.ratio, &self.along, k, [0, 1]);
+        self.ratio[k] = (self.across[k] - known) / self.along[0];
+    }
+
+    /// Whether the direction of slip relaxes many times over a panel that is as wide as it may be: the part of the width.
+    pub(super) fn stiff_part(&self, one: &PlaneContact, width: f64) -> Option<f64> {
+        let part = (REMAINS * self.left / width).min(1.0);
+        let rate = one.limit / (one.mass[0].max(one.mass[1]) * self.slip[0][0]);
+        let stiff = self.course == Course::Slips && rate * part * width > STIFF;
+        stiff.then(|| part.log2().floor().exp2())
+    }
+
+    /// Lets the direction follow from the balance of forces, or not.
+    pub(super) fn let_follow(&mut self, follows: bool) {
+        self.course = if follows { Course::Follows } else { Course::Slips };
+        self.pull = [0.0; COEFFICIENTS];
+    }
+
+    /// Takes the force across e_0 from `w = a (1, t)`; its change, and how far w begins from there.
+    pub(super) fn improve(&mut self, one: &PlaneContact, width: f64) -> [f64; 2] {
+        let [_, of_across, of_both] = one.masses(self.direction);
+        let mut change = 0.0;
+        for k in 0..DEGREE {
+            let moved = convolved(&self.ratio, &self.slip[0], k + 1, [0, 0]);
+            let force =
+                (k + 1) as f64 / width * (of_across * moved + of_both * self.slip[0][k + 1]);
+            change += (force - self.pull[k]).abs();
+            self.pull[k] = force;
+        }
+        [change, (self.ratio[0] * self.slip[0][0]).abs()]
+    }
+
+    pub(super) fn follows(&self) -> bool {
+        self.course == Course::Follows
     }
 
     /// t, c and t c of order k from w.
@@ -339,18 +429,20 @@ impl PlaneSeries {
 
     pub(super) fn shorten(&mut self, powers: &[f64; ORDERS]) {
         let [a, b] = &mut self.slip;
-        for of in [a, b, &mut self.ratio, &mut self.square, &mut self.along, &mut self.across] {
+        let turning = [&mut self.ratio, &mut self.square, &mut self.along, &mut self.across];
+        for of in turning.into_iter().chain([a, b, &mut self.pull]) {
             scale(of, powers);
         }
     }
 
-    /// Bounds of the error of the friction force by truncation and by rounding, N.
-    pub(super) fn error(&self, one: &PlaneContact, units: f64) -> [f64; 2] {
+    /// Bounds of the error of the friction force by truncation and by rounding, N, and of w beside it.
+    pub(super) fn error(&self, one: &PlaneContact, units: f64, width: f64) -> [f64; 3] {
         let power = match self.course {
             Course::Slips => 0,
             Course::Begins(power) => power,
+            Course::Follows => return self.error_of_following(one, units, width),
             // R is constant to rounding.
-            Course::Ends(force) => return [0.0, UNIT * units * force[0].hypot(force[1])],
+            Course::Ends(force) => return [0.0, UNIT * units * force[0].hypot(force[1]), 0.0],
         };
         let part = |of: &[f64; COEFFICIENTS]| {
             let mut part = [0.0; COEFFICIENTS];
@@ -360,7 +452,7 @@ impl PlaneSeries {
         let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
         let least = a[0] - a[1..].iter().map(|c| (-c).max(0.0)).sum::<f64>();
         if !(least > 0.0) {
-            return [f64::INFINITY; 2];
+            return [f64::INFINITY; 3];
         }
         let first = COEFFICIENTS - power;
         let of_ratio = beyond(&self.ratio, &a, first) / least;
@@ -378,7 +470,36 @@ impl PlaneSeries {
         let terms = (size(&self.ratio) * size(&a) + size(&b)) / least
             + sized * squared
             + size(&self.ratio) * size(&self.along);
-        [one.limit * cut, one.limit * UNIT * units * terms]
+        [one.limit * cut, one.limit * UNIT * units * terms, 0.0]
+    }
+
+    /// The same where the direction follows: `a (1, t)` obeys the equation but for the defect of the balance across e_0, and w of the
+    /// series is near it.
+    fn error_of_following(&self, one: &PlaneContact, units: f64, width: f64) -> [f64; 3] {
+        let [a, b] = &self.slip;
+        let least = a[0] - a[1..].iter().map(|c| (-c).max(0.0)).sum::<f64>();
+        if !(least > 0.0 && self.along[0] > 0.5) {
+            return [f64::INFINITY; 3];
+        }
+        let [_, of_across, of_both] = one.masses(self.direction);
+        let (mut defect, mut apart) = (0.0, 0.0);
+        for k in 0..COEFFICIENTS {
+            let moved = convolved(&self.ratio, a, k, [0, 0]);
+            apart += (b[k] - moved).abs();
+            if k > 0 {
+                let rate = k as f64 / width;
+                defect += (rate * (of_across * moved + of_both * a[k]) - self.pull[k - 1]).abs();
+            }
+        }
+        let rate = 2.0 * COEFFICIENTS as f64 / width;
+        let left_out = of_across * rate * beyond(&self.ratio, a, COEFFICIENTS);
+        let circle = beyond(&self.along, &self.along, COEFFICIENTS)
+            + beyond(&self.across, &self.across, COEFFICIENTS)
+            + beyond(&self.ratio, &self.along, COEFFICIENTS);
+        let last = self.along[DEGREE].abs() + self.across[DEGREE].abs();
+        let sizes = [&self.along, &self.across, &self.ratio].map(size);
+        let terms = sizes[0] * (sizes[0] + sizes[2]) + sizes[1] * sizes[1];
+        [left_out + one.limit * (circle + last), defect + one.limit * UNIT * units * terms, apart]
     }
 
     /// The time until slip ends where that is so short that the forces on the contact are constant; the next panel then
@@ -388,7 +509,7 @@ impl PlaneSeries {
         one: &PlaneContact,
         width: f64,
         rate: f64,
-        unresolved: f64,
+        [constant, unresolved]: [f64; 2],
     ) -> Option<f64> {
         if self.course != Course::Slips {
             return None;
@@ -402,7 +523,9 @@ impl PlaneSeries {
             match m == n {
                 true => {
                     let rate = (one.limit - force) * (one.limit + force);
-                    (m * r * (one.limit + along) / rate, CONSTANT)
+                    // What R changes counts beside `mu N - |R|`.
+                    let excess = (one.limit - force) / one.limit;
+                    (m * r * (one.limit + along) / rate, constant * excess.sqrt())
                 }
                 false => {
                     let energy = dot(one.mass, self.direction.map(|e| e * e)).sqrt() * r;
@@ -412,6 +535,7 @@ impl PlaneSeries {
         } else {
             (r * m.max(n) / (one.limit + force), 0.0)
         };
+        self.left = if force < one.limit { time } else { f64::INFINITY };
         let ends = time * rate <= constant || r <= unresolved * one.slip_norm;
         if !(ends && time < width) {
             return None;
@@ -437,5 +561,154 @@ impl Planes<'_> {
             let force = series.extend(one, k, w, reaction, taylor.width);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);
         }
+    }
+}
+
+/// How the friction in a plane changes along an infinitesimal neighbour dw of a motion, order by order. With
+/// `dt = (db - t da) / (s^p a)`, `de = c^3 (-t, 1) dt`.
+#[derive(Debug)]
+pub(super) struct PlaneNeighbour {
+    slip: [[f64; COEFFICIENTS]; 2],
+    ratio: [f64; COEFFICIENTS],
+    /// The change of the force that accelerates slip across e_0, where the direction follows from the balance.
+    pull: [f64; COEFFICIENTS],
+}
+
+/// What all neighbours of a panel need of its series: `c^3` and `t c^3`.
+pub(super) struct PlaneSlopes {
+    cube: [f64; COEFFICIENTS],
+    turned: [f64; COEFFICIENTS],
+}
+
+impl PlaneSeries {
+    /// How the time that is left of its slip grows with w, where the panel is the last one: in proportion to |w|, since what turns w
+    /// has come to rest.
+    pub(super) fn time_left_by_slip(&self) -> Option<[f64; 2]> {
+        let ends = matches!(self.course, Course::Ends(_));
+        ends.then(|| self.direction.map(|e| e * self.left / self.slip[0][0]))
+    }
+
+    /// Whether slip ends at about a time after the start of the panel, s.
+    pub(super) fn ends_about(&self, time: f64, tolerance: f64) -> bool {
+        (self.left - time).abs() <= tolerance
+    }
+
+    pub(super) fn slopes(&self) -> PlaneSlopes {
+        let product = |a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]| {
+            std::array::from_fn(|k| convolved(a, b, k, [0, 0]))
+        };
+        let cube = product(&product(&self.along, &self.along), &self.along);
+        PlaneSlopes { turned: product(&self.ratio, &cube), cube }
+    }
+
+    /// The change of the friction force of order k, from those of w of that order and of the forces R.
+    pub(super) fn carry(
+        &self,
+        one: &PlaneContact,
+        slopes: &PlaneSlopes,
+        neighbour: &mut PlaneNeighbour,
+        k: usize,
+        [slip, reaction]: [[f64; 2]; 2],
+        width: f64,
+    ) -> [f64; 2] {
+        let PlaneNeighbour { slip: own, ratio, pull } = neighbour;
+        let [a, _] = &self.slip;
+        let [along, across] = PlaneContact::turned(self.direction, slip);
+        (own[0][k], own[1][k]) = (along, across);
+        let power = match self.course {
+            Course::Ends(_) => return [0.0; 2],
+            Course::Slips | Course::Follows => 0,
+            Course::Begins(power) => power,
+        };
+        let follows = self.course == Course::Follows;
+        // What the next order of dw across has of lower orders of that along, and dt of its own.
+        let turning = |own: &[[f64; COEFFICIENTS]; 2]| -> f64 {
+            (1..=k + 1).filter(|&i| i <= DEGREE).map(|i| self.ratio[i] * own[0][k + 1 - i]).sum()
+        };
+        let lower = |ratio: &[f64; COEFFICIENTS], j: usize, shift: usize| -> f64 {
+            (0..j).map(|i| ratio[i] * a.get(j - i + shift).copied().unwrap_or(0.0)).sum()
+        };
+        let along_known: f64 = (0..k).map(|i| slopes.turned[k - i] * ratio[i]).sum();
+        let across_known: f64 = (0..k).map(|i| slopes.cube[k - i] * ratio[i]).sum();
+        let [of_along, of_across, of_both] = one.masses(self.direction);
+        let rate = (k + 1) as f64 / width;
+        let [force_along, force_across] = PlaneContact::turned(self.direction, reaction);
+        let forward = force_along + one.limit * along_known;
+        match power {
+            0 if follows => {
+                let turned = (force_across - pull[k]) / one.limit;
+                ratio[k] = (turned - across_known) / slopes.cube[0];
+            }
+            0 => {
+                let turned = convolved(&self.ratio, &own[0], k, [0, 0]);
+                ratio[k] = (own[1][k] - turned - lower(ratio, k, 0)) / a[0];
+            }
+            1 => {
+                let first = a[1];
+                let known = turning(own) + lower(ratio, k, 1);
+                let stiff = rate * of_across + one.limit / first;
+                let right = force_across - one.limit * (across_known - known / first);
+                let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
+                let next = (rate * of_along * right - rate * of_both * forward) / determinant;
+                ratio[k] = (next - known) / first;
+            }
+            _ => {
+                let moved = match k {
+                    0 => 0.0,
+                    _ => lower(ratio, k - 1, 2) + ratio[k - 1] * a[2],
+                };
+                let next = turning(own) + moved;
+                let faster = (forward / rate - of_both * next) / of_along;
+                let balance = force_across - rate * (of_across * next + of_both * faster);
+                ratio[k] = balance / one.limit - across_known;
+            }
+        }
+        let turned =
+            [-along_known - slopes.turned[0] * ratio[k], across_known + slopes.cube[0] * ratio[k]];
+        PlaneContact::turned_back(self.direction, turned).map(|part| -one.limit * part)
+    }
+}
+
+impl PlaneSeries {
+    /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
+    pub(super) fn relaxed(&self, own: &PlaneNeighbour, slip: [f64; 2], width: f64) -> [f64; 2] {
+        if !self.follows() {
+            return slip;
+        }
+        let [along, _] = PlaneContact::turned(self.direction, slip);
+        let across = self.ratio[0] * along + width * self.slip[0][0] * own.ratio[0];
+        PlaneContact::turned_back(self.direction, [along, across])
+    }
+
+    /// Takes the change of the force across e_0 from `dw = da (1, t) + a (0, dt)`, where the direction follows; how much it was off,
+    /// relative to its size.
+    pub(super) fn improve_neighbour(
+        &self,
+        one: &PlaneContact,
+        neighbour: &mut PlaneNeighbour,
+        width: f64,
+    ) -> f64 {
+        if !self.follows() {
+            return 0.0;
+        }
+        let PlaneNeighbour { slip, ratio, pull } = neighbour;
+        let [_, of_across, of_both] = one.masses(self.direction);
+        let (mut change, mut size) = (0.0, 0.0);
+        for k in 0..DEGREE {
+            let moved = convolved(&self.ratio, &slip[0], k + 1, [0, 0])
+                + convolved(ratio, &self.slip[0], k + 1, [0, 0]);
+            let force = (k + 1) as f64 / width * (of_across * moved + of_both * slip[0][k + 1]);
+            change += (force - pull[k]).abs();
+            size += one.limit * ratio[k].abs() + force.abs();
+            pull[k] = force;
+        }
+        if size > 0.0 { change / size } else { 0.0 }
+    }
+}
+
+impl Default for PlaneNeighbour {
+    fn default() -> Self {
+        let none = [0.0; COEFFICIENTS];
+        Self { slip: [none; 2], ratio: none, pull: none }
     }
 }

@@ -50,6 +50,15 @@ impl Scene {
         self.contacts.iter().any(|law| law.plane.is_some() && law.friction > 0.0)
     }
 
+    /// A contact in a plane along whose directions the masses differ.
+    pub(crate) fn unlike_masses_in_planes(&self) -> Option<usize> {
+        let mass = |contact: usize| {
+            let k = self.contacts[contact].tangential;
+            self.mass.get(k, k)
+        };
+        self.planes().find(|&[first, second]| mass(first) != mass(second)).map(|[first, _]| first)
+    }
+
     /// The planes in which contacts of a combination slip with friction.
     pub(crate) fn slipping_in_planes<'a>(
         &'a self,
