@@ -115,6 +115,7 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 	$(BIN)/python docs/sketches/draw.py
 	PYTHONPATH=tests/support $(BIN)/python -m pages docs/tutorial.md docs/pictures
 	PYTHONPATH=tests/support $(BIN)/python -m pages docs/friction.md docs/pictures
+	PYTHONPATH=tests/support $(BIN)/python -m pages docs/models.md docs/pictures
 	$(MAKE) pages
 
 pages: $(VENV)/.extra-docs ## Write the pages to docs/_build/html; warnings are errors

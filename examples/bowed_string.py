@@ -16,27 +16,15 @@ import stickslip as ss
 # %% [markdown]
 # ## The string
 #
-# Twenty modes of a string between two fixed ends, bowed at a ninth of its length. The dofs are the
-# coordinates of the modes, and the direction of the contact holds their shapes at the bow. Units are SI.
+# Twenty modes of a string between two fixed ends, bowed at a ninth of its length: `ss.models.bowed_string`.
+# The dofs are the coordinates of the modes, and the direction of the contact holds their shapes at the bow.
+# Higher modes fade faster. Units are SI.
 
 # %%
-LENGTH, TENSION, DENSITY = 0.33, 50.0, 3.0e-3
 BOWED, BOW_SPEED = 1.0 / 9.0, 0.1
-order = np.arange(1, 21)
-rates = np.pi * order / LENGTH * np.sqrt(TENSION / DENSITY)
-masses = np.full(order.size, 0.5 * DENSITY * LENGTH)
-shapes = np.sin(np.pi * order * BOWED)
-period = 2.0 * np.pi / rates[0]
-
-
-def bowed(force: float) -> ss.Scene:
-    """Return the string under a bow that presses with a force, N."""
-    rosin = ss.friction.LuGre(static=0.8, kinetic=0.35, speed=0.1, stiffness=3e4, damping=0.05)
-    bow = ss.Contact(tangential=shapes, normal_force=force, friction=rosin, slider_speed=BOW_SPEED)
-    # Higher modes fade faster.
-    damping = np.diag(masses * rates * (1.0 + 0.1 * order) / 300.0)
-    return ss.Scene(masses, np.diag(masses * rates**2), damping=damping, contacts=[bow])
-
+string = ss.models.bowed_string(bow_place=BOWED, bow_speed=BOW_SPEED)
+shapes = string.tangential_direction(0)
+period = 2.0 * np.pi / np.sqrt(string.stiffness[0, 0] / string.mass[0])
 
 # %% [markdown]
 # ## Three forces
@@ -46,11 +34,11 @@ def bowed(force: float) -> ss.Scene:
 
 # %%
 DURATION, SHOWN = 0.25, 5
-start = ss.State(np.zeros(order.size), np.zeros(order.size), "+")
+start = ss.State(np.zeros(string.size), np.zeros(string.size), "+")
 times = DURATION - SHOWN * period + np.linspace(0.0, SHOWN * period, 2501)
 figure, panels = plt.subplots(3, 1, figsize=(7.0, 6.0), sharex=True, layout="constrained")
 for axes, force in zip(panels, (0.1, 1.0, 4.0), strict=True):
-    run = ss.simulate(bowed(force), DURATION, start)
+    run = ss.simulate(string.replace(normal_force=force), DURATION, start)
     velocity = run.sample(times).velocity.to_numpy() @ shapes
     begins = times[:-1][np.diff((velocity < -BOW_SPEED).astype(int)) == 1]
     apart = ", ".join(f"{gap:.2f}" for gap in np.diff(begins) / period)

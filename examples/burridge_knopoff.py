@@ -23,21 +23,8 @@ import stickslip as ss
 # `method="local"` lets every event cost what it touches: some dozen blocks, not a thousand.
 
 # %%
-BLOCKS, LINK, SPEED, DURATION = 1000, 9.0, 0.01, 250.0
-STATIC, KINETIC = 1.0, 0.8
-
-
-def row(blocks: int) -> ss.Scene:
-    """Return a row of blocks on a plate."""
-    main = np.full(blocks, 1.0 + 2.0 * LINK)
-    main[[0, -1]] -= LINK
-    law = {"friction": KINETIC, "static_friction": STATIC, "slider_speed": SPEED}
-    contacts = [ss.Contact(tangential=k, normal_force=1.0, **law) for k in range(blocks)]
-    stiffness = sp.diags_array([-LINK, main, -LINK], offsets=[-1, 0, 1], shape=(blocks, blocks)).tocsr()
-    return ss.Scene(np.ones(blocks), stiffness, ss.Rayleigh(mass=0.2), contacts=contacts)
-
-
-scene = row(BLOCKS)
+BLOCKS, SPEED, DURATION = 1000, 0.01, 250.0
+scene = ss.models.burridge_knopoff(blocks=BLOCKS, slider_speed=SPEED)
 rng = np.random.default_rng(1967)
 # Stretched at random, but nowhere beyond static friction.
 start = ss.State(rng.uniform(-0.02, 0.02, BLOCKS), np.full(BLOCKS, SPEED), "s" * BLOCKS)

@@ -19,14 +19,13 @@ import stickslip as ss
 # One mass on a spring and a damper, pressed on the belt with 10 N. Units are SI.
 
 # %%
-LAW = ss.friction.Stribeck(static=0.5, kinetic=0.3, speed=0.1)
 DAMPING, LOAD = 1.0, 10.0
 
 
 def block(speed: float) -> ss.Scene:
     """Return the block on a belt with a speed in m/s."""
-    belt = ss.Contact(tangential="x", normal_force=LOAD, friction=LAW, slider_speed=speed)
-    return ss.Scene([1.0], [[100.0]], damping=[[DAMPING]], contacts=[belt], dofs=["x"])
+    law = ss.friction.Stribeck(static=0.5, kinetic=0.3, speed=0.1)
+    return ss.models.mass_on_belt(damping=DAMPING, normal_force=LOAD, friction=law, slider_speed=speed)
 
 
 # %% [markdown]

@@ -1,9 +1,19 @@
+import inspect
+import pickle
+import re
+import tomllib
+from functools import partial
+
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from stickslip.cli.verbs.init import EXPLAINED, LISTED, save_model
+from stickslip.scene.models import MODELS as MODELS_BY_NAME
+from stickslip.scene.parameters.family import Family
 
 
 def test_two_subsystems_is_the_model_of_the_reference_solution(standard):
@@ -110,3 +120,140 @@ def test_a_preload_displacement_acts_as_the_force_of_its_spring():
     by_displacement = ss.models.two_subsystems(preload_displacement=(1e-3, 2e-3))
     by_force = ss.models.two_subsystems(preload_displacement=0.0, external_force=(60.0, 360.0))
     assert by_displacement.force == pytest.approx(by_force.force, rel=1e-15)
+
+
+#: Models that need no arguments.
+MODELS = {name: model for name, model in MODELS_BY_NAME.items() if name != "chain"}
+
+
+def matrices(scene, folder):
+    """Return all numbers of a scene as text."""
+    ss.save(scene, folder / "matrices.toml", matrices="inline")
+    return (folder / "matrices.toml").read_text()
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+def test_a_model_goes_by_its_name_through_files(name, tmp_path):
+    path = tmp_path / "scene.toml"
+    scene = pickle.loads(pickle.dumps(MODELS[name]()))
+    ss.save(scene, path)
+    assert tomllib.loads(path.read_text())["model"] == {"name": name}
+    again = ss.load(path).scene
+    assert matrices(again, tmp_path) == matrices(scene, tmp_path)
+    assert again.model.func is getattr(ss.models, name)
+    # A changed number goes into the file by its name.
+    number = next(key for key, value in Family(MODELS[name]).numbers().items() if value)
+    changed = (
+        MODELS[name] if name == "two_subsystems" else partial(MODELS[name], **{number: doubled(name, number)})
+    )
+    ss.save(changed(), path)
+    assert matrices(ss.load(path).scene, tmp_path) == matrices(changed(), tmp_path)
+    assert "model" in tomllib.loads(path.read_text())
+
+
+def doubled(name, number):
+    """Return twice the default of an argument."""
+    return 2 * inspect.signature(MODELS[name]).parameters[number].default
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_a_model_is_written_with_all_of_its_numbers(name, tmp_path):
+    path = tmp_path / "scene.toml"
+    save_model(name, path)
+    assert matrices(ss.load(path).scene, tmp_path) == matrices(MODELS[name](), tmp_path)
+    written = set(tomllib.loads(path.read_text())["model"]) - {"name"}
+    assert written == {
+        key for key, one in inspect.signature(MODELS[name]).parameters.items() if one.default is not None
+    }
+
+
+def test_every_model_is_public_and_can_be_written():
+    assert sorted([*MODELS_BY_NAME, "Link", "Subsystem"]) == ss.models.__all__
+    assert {*EXPLAINED, *LISTED} - {"oscillator"} == set(MODELS)
+
+
+def test_models_draw_themselves():
+    for name, model in MODELS.items():
+        assert model().plot().lines or model().plot().patches, name
+    plt.close("all")
+
+
+def test_a_changed_scene_of_a_model_is_saved_by_its_matrices(tmp_path):
+    """The force that holds the mass of the minimal model depends on its friction."""
+    path = tmp_path / "scene.toml"
+    scene = ss.models.hoffmann(friction=0.5).replace(friction=0.6)
+    ss.save(scene, path)
+    assert "scene" in tomllib.loads(path.read_text())
+    assert matrices(ss.load(path).scene, tmp_path) == matrices(scene, tmp_path)
+
+
+def test_the_minimal_model_slides_at_zero_and_moves_by_its_equation():
+    rng = np.random.default_rng(2002)
+    friction, damping, cubic, preload = 0.6, (0.1, 0.3), 0.7, 40.0
+    scene = ss.models.hoffmann(
+        friction=friction, damping=damping, cubic=cubic, preload=preload, slider_speed=-1e3
+    )
+    steady = ss.steady_sliding(scene)
+    assert np.abs(steady.position).max() <= 1e-15 * preload
+    x, y, u, v = rng.uniform(-1.0, 1.0, 4)
+    step = 1e-4
+    run = ss.simulate(scene, 2 * step, ss.State([x, y, 0.0], [u, v, 0.0], "-"))
+    before, _, after = run.sample([0.0, step, 2 * step]).velocity.to_numpy()[:, :2]
+    middle = run.state(step)
+    x, y, u, v = *middle.position[:2], *middle.velocity[:2]
+    spring = 4.0 / 3.0 * y + cubic * y**3
+    expected = [
+        -damping[0] * u - 2.0 * x - y + friction * spring,
+        -damping[1] * v - x - 2.0 / 3.0 * y - spring,
+    ]
+    # A central difference leaves step^2 / 6 times the third derivative, which stays below 100.
+    assert (after - before) / (2 * step) == pytest.approx(expected, abs=100.0 * step**2 / 6.0)
+
+
+def test_the_cubic_law_has_its_least_friction_where_it_is_told():
+    scene = ss.models.thomsen_fidlin(static=0.4, least=0.25, speed=0.5)
+    law = scene.contacts[0].friction
+    assert [law.coefficient(s) for s in (0.0, 0.5)] == pytest.approx([0.4, 0.25], rel=1e-15)
+    assert law.coefficient(0.5 - 1e-4) == pytest.approx(law.coefficient(0.5 + 1e-4), abs=1e-11)
+    (hopf,) = ss.critical_points(ss.models.thomsen_fidlin, {"slider_speed": (0.2, 0.49)}, kinds=("hopf",))
+    assert hopf.value == pytest.approx(0.5 * np.sqrt(1.0 - 4.0 * 0.05 * 0.5 / (3.0 * 0.15)), rel=1e-12)
+    assert hopf.criticality == "supercritical"
+
+
+def test_waves_of_the_rotating_disc_travel_with_the_sum_and_the_difference():
+    scene = ss.models.rotating_disc(frequency=100.0, diameters=3, speed=7.0, damping=0.0)
+    rates = np.sort(ss.complex_modes(scene).eigenvalues.imag)
+    assert rates == pytest.approx(2.0 * np.pi * 100.0 + np.array([-21.0, 21.0]), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("mass_on_belt", {"mass": -1.0}, "mass: must be positive, got -1"),
+        ("mass_on_belt", {"stiffness": "stiff"}, "stiffness: expected a real number, got 'stiff'"),
+        ("mass_on_belt", {"friction": -0.1}, "friction: must be >= 0, got -0.1"),
+        ("mass_on_belt_in_plane", {"damping": [1.0, 2.0, 3.0]}, "damping: expected a number or two, got 3"),
+        (
+            "mass_on_belt_in_plane",
+            {"slider_speed": "fast"},
+            "slider_speed: expected a real number, got 'fast'",
+        ),
+        ("thomsen_fidlin", {"least": -1.0}, "least: must be >= 0, got -1"),
+        ("bistable_oscillator", {"static_ratio": 0.5}, "static_ratio: must be >= 1, got 0.5"),
+        ("den_hartog", {"frequency_ratio": 0.0}, "frequency_ratio: must be positive, got 0"),
+        ("lugre_slider", {"pull_speed": np.nan}, "pull_speed: must be finite, got nan"),
+        (
+            "spring_slider",
+            {"normal_force": 0.0},
+            "normal_force: must be > 0 without a normal direction, got 0",
+        ),
+        ("hoffmann", {"preload": 0.0}, "preload: must be positive, got 0"),
+        ("rotating_disc", {"frequency": -3.0}, "frequency: must be positive, got -3"),
+        ("burridge_knopoff", {"blocks": 0}, "blocks: expected an integer >= 1, got 0"),
+        ("burridge_knopoff", {"damping": -1.0}, "damping: must be >= 0, got -1"),
+        ("bowed_string", {"bow_place": 1.2}, "bow_place: must be between 0 and 1, got 1.2"),
+    ],
+)
+def test_a_wrong_number_of_a_model_is_named(name, given, message):
+    with pytest.raises(ss.InputError, match=re.escape(message)):
+        MODELS[name](**given)

@@ -14,8 +14,8 @@ HOPF = 0.1 * np.log(10.0 * 0.2 / 0.1 / 1.0)
 
 def block(speed: float, law: FrictionLaw = STRIBECK, damping: float = 1.0, **given) -> ss.Scene:
     """Return a block of 1 kg, pressed with 10 N on a belt."""
-    belt = ss.Contact(tangential="x", normal_force=10.0, friction=law, slider_speed=speed)
-    return ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[belt], dofs=["x"], **given)
+    scene = ss.models.mass_on_belt(friction=law, damping=damping, slider_speed=speed)
+    return scene.replace(**given) if given else scene
 
 
 def small_cycle(speed: float, guess: float = 0.05) -> ss.Cycle:

@@ -8,24 +8,24 @@ belt then carries it for ``2 a / V``.
 """
 
 import stickslip as ss
-from verification.block import block
 from verification.case import Case, Quantity, decimal, mp
 
 
 def compared(mass, stiffness, static, kinetic, speed, period, largest):
     """Compare the cycle that a run from the relaxed spring settles to with the closed form."""
-    scene = block(
+    scene = ss.models.mass_on_belt(
         mass=mass,
-        stiffness=(stiffness, 0.0),
-        load=1.0,
+        stiffness=stiffness,
+        damping=0.0,
+        normal_force=1.0,
         friction=kinetic,
         static_friction=static,
-        speed=speed,
+        slider_speed=speed,
     )
     m, k, high, low, v = map(decimal, (mass, stiffness, static, kinetic, speed))
     omega, a = mp.sqrt(k / m), (high - low) / k
     stick, slip = 2 * a / v, 2 / omega * (mp.pi - mp.atan(a * omega / v))
-    start = ss.State([0.0, 0.0], [speed, 0.0], "s")
+    start = ss.State([0.0], [speed], "s")
     cycle = ss.simulate(scene, 4.0 * float(stick + slip), start).limit_cycle()
     durations = dict(zip(cycle.combinations, cycle.durations, strict=True))
     extent = (low / k + mp.hypot(a, v / omega), low / k - mp.hypot(a, v / omega))

@@ -73,9 +73,9 @@ def orbit(speed, guess):
 
 def scene(speed):
     """Return the mass on a belt at a speed."""
-    law = ss.friction.Stribeck(static=RATIO * KINETIC, kinetic=KINETIC, speed=DECAY)
-    belt = ss.Contact(tangential="x", normal_force=1.0, friction=law, slider_speed=speed)
-    return ss.Scene([1.0], [[1.0]], damping=[[2.0 * DAMPING]], dofs=["x"], contacts=[belt])
+    return ss.models.bistable_oscillator(
+        damping_ratio=DAMPING, kinetic=KINETIC, static_ratio=RATIO, speed=DECAY, slider_speed=speed
+    )
 
 
 def cycle_at(speed, guess):

@@ -11,9 +11,6 @@ from scipy.optimize import brentq
 import stickslip as ss
 from verification.case import Case, Quantity, decimal, mp
 
-LUGRE = ss.friction.LuGre(
-    static=1.5, kinetic=1.0, speed=1e-3, stiffness=1e5, damping=np.sqrt(1e5), viscous=0.4
-)
 #: Times at which the mass turns, s, and its places there, m.
 TURNS = ["10.2660909412841", "10.2764203978014", "10.2926632434272", "10.3009597155445"]
 PLACES = ["0.63628438968428", "0.636282539413642", "0.636283162607228", "0.636283130162437"]
@@ -22,8 +19,7 @@ SPEED = 0.1
 
 def dragged():
     """Compare the stick-slip run."""
-    contact = ss.Contact(tangential=0, normal_force=1.0, friction=LUGRE, slider_speed=-SPEED)
-    scene = ss.Scene([1.0], [[2.0]], contacts=[contact])
+    scene = ss.models.lugre_slider(pull_speed=SPEED)
     run = ss.simulate(scene, 36.0, ss.State([0.0], [-SPEED], "-"))
     times, places = run.events.time[:4], run.event_states()[0][:4, 0]
     rows = []
@@ -32,7 +28,7 @@ def dragged():
         # The spring is pulled, and the scene moves with its end.
         there = float(places[k] + SPEED * times[k])
         rows.append(Quantity(name="place there", unit="m", expected=mp.mpf(place), computed=there))
-    deflection = -float(run.state(float(times[0])).friction_force[0]) / LUGRE.stiffness
+    deflection = -float(run.state(float(times[0])).friction_force[0]) / scene.contacts[0].friction.stiffness
     rows.append(
         Quantity(
             name="deflection at turn 1",
@@ -50,15 +46,7 @@ def dragged():
 
 def swung(force):
     """Return the cycle of a mass on a spring under Dahl's law, driven by a harmonic force."""
-    law = ss.friction.Dahl(kinetic=1.0, stiffness=1e5)
-    contact = ss.Contact(tangential=0, normal_force=1.0, friction=law)
-    scene = ss.Scene(
-        [1.0],
-        [[1e3]],
-        damping=[[2.0]],
-        contacts=[contact],
-        loads=[ss.Harmonic({0: force}, frequency=20.0)],
-    )
+    scene = ss.models.dahl_oscillator(load=force)
     return ss.simulate(scene, 1.0, ss.State([0.0], [0.0], "-")).limit_cycle(further=10.0)
 
 

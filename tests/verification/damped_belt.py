@@ -7,7 +7,6 @@ V`` after the start, found in 40 digits. The belt then carries the block back to
 """
 
 import stickslip as ss
-from verification.block import block
 from verification.case import Case, Quantity, decimal, mp
 
 MASS, STIFFNESS, DAMPING, STATIC, KINETIC, SPEED = 1.0, 100.0, 1.0, 10.0, 6.0, 0.1
@@ -40,16 +39,16 @@ def quantities():
     """Compare the cycle that a run from the relaxed spring settles to."""
     duration, loose, caught = slip()
     stick = (loose - caught) / decimal(SPEED)
-    scene = block(
+    scene = ss.models.mass_on_belt(
         mass=MASS,
-        stiffness=(STIFFNESS, 0.0),
+        stiffness=STIFFNESS,
         damping=DAMPING,
-        load=1.0,
+        normal_force=1.0,
         friction=KINETIC,
         static_friction=STATIC,
-        speed=SPEED,
+        slider_speed=SPEED,
     )
-    start = ss.State([0.0, 0.0], [SPEED, 0.0], "s")
+    start = ss.State([0.0], [SPEED], "s")
     cycle = ss.simulate(scene, 4.0 * float(stick + duration), start).limit_cycle()
     durations = dict(zip(cycle.combinations, cycle.durations, strict=True))
     return [

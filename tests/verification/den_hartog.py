@@ -28,9 +28,7 @@ def amplitude(ratio, friction):
 
 def orbit(ratio, friction):
     """Return the orbit that the motion from rest settles to, under a given normal force of 1 N."""
-    floor = ss.Contact(tangential="x", friction=friction, normal_force=1.0)
-    load = ss.Harmonic({"x": 1.0}, frequency=ratio / (2.0 * float(mp.pi)))
-    scene = ss.Scene([1.0], [[1.0]], contacts=[floor], dofs=["x"], loads=[load])
+    scene = ss.models.den_hartog(friction=friction, frequency_ratio=ratio)
     return ss.simulate(scene, 400.0, ss.State([0.0], [1e-3], "-")).limit_cycle()
 
 

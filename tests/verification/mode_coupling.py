@@ -16,32 +16,14 @@ the contact stays closed. ``T = -mu N`` with ``N = P - k3 y`` on x is the off-di
 model: sliding with combination ``-``, on a belt that moves backwards.
 """
 
+from functools import partial
+
 import numpy as np
 
 import stickslip as ss
 from verification.case import Case, Quantity, decimal, mp
 
-CONTACT = 4.0 / 3.0
 DAMPING = 0.1
-
-
-def minimal_model(friction=0.0, damping=0.0):
-    """Return the scene with C = damping times M; the preload of 1 N acts on the end of the contact spring."""
-    stiffness = np.zeros((3, 3))
-    for spring, angle in ((2 / 3 * (2 - np.sqrt(3)), 150.0), (2 / 3 * (2 + np.sqrt(3)), 30.0)):
-        along = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
-        stiffness += spring * np.outer(along, along)
-    stretch = np.array([0.0, 1.0, -1.0])
-    stiffness += CONTACT * np.outer(stretch, stretch)
-    belt = ss.Contact(tangential="x", normal="n", friction=friction, slider_speed=-1.0)
-    return ss.Scene(
-        [1.0, 1.0, 1.0],
-        stiffness,
-        damping=ss.Rayleigh(mass=damping),
-        force=[0.0, 0.0, -1.0],
-        contacts=[belt],
-        dofs=["x", "y", "n"],
-    )
 
 
 def eigenvalues(friction, damping):
@@ -54,7 +36,7 @@ def eigenvalues(friction, damping):
 
 def undamped():
     """Compare the point at which the modes merge, and eigenvalues before and beyond it."""
-    points = ss.critical_points(minimal_model, {"friction": (0.0, 1.4)}, combination="-")
+    points = ss.critical_points(ss.models.hoffmann, {"friction": (0.0, 1.4)}, combination="-")
     (merge,) = [point for point in points if point.kind == "lock_in"]
     rows = [
         Quantity(name="friction where the modes merge", unit="", expected=0.75, computed=merge.value),
@@ -75,15 +57,14 @@ def undamped():
 
 def upper(friction, damping):
     """Return the computed eigenvalues with positive imaginary part."""
-    return ss.complex_modes(minimal_model(friction, damping), "-").eigenvalues
+    return ss.complex_modes(ss.models.hoffmann(friction=friction, damping=damping), "-").eigenvalues
 
 
 def damped():
     """Compare the Hopf point with damping proportional to mass."""
     c = decimal(DAMPING)
-    points = ss.critical_points(
-        lambda friction: minimal_model(friction, DAMPING), {"friction": (0.0, 1.4)}, combination="-"
-    )
+    model = partial(ss.models.hoffmann, damping=DAMPING)
+    points = ss.critical_points(model, {"friction": (0.0, 1.4)}, combination="-")
     (hopf,) = [point for point in points if point.kind == "hopf"]
     limit = mp.mpf(3) / 4 * (1 + 2 * c**2)
     growth = max(value.real for value in eigenvalues(1.0, DAMPING))

@@ -73,14 +73,14 @@ def circle():
     """Compare a circle under a rotating load after one turn."""
     rate, friction, damping, radius = 0.8, 0.3, 0.05, 2.5437483730543945
     phase = np.angle((1.0 - rate**2) * radius + 1j * (damping * rate * radius + friction))
-    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=friction)
+    belt = ss.models.mass_on_belt_in_plane(
+        stiffness=1.0, damping=damping, normal_force=1.0, friction=friction, slider_speed=0.0
+    )
     loads = [
         ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
         ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
     ]
-    scene = ss.Scene(
-        [1.0, 1.0], np.eye(2), damping * np.eye(2), dofs=("x", "y"), loads=loads, contacts=[contact]
-    )
+    scene = belt.replace(loads=loads)
     place = radius * np.array([np.cos(phase), -np.sin(phase)])
     start = ss.State(place, rate * np.array([-place[1], place[0]]), "oo")
     run = ss.simulate(scene, 2 * np.pi / rate, start)

@@ -8,6 +8,7 @@ With mass, steady slip at v under a normal force N ends at the stiffness
 ``(b - a) N / L (1 + m v^2 / (N a L))``, where it oscillates at ``v / L sqrt((b - a) / a)``.
 """
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -87,12 +88,14 @@ def slider():
 def critical():
     """Compare the stiffness at which steady slip of rock ends."""
     a, b, length, speed, pressed = 0.01, 0.015, 1e-5, 1e-3, 1e6
-    law = ss.friction.RateState(reference=0.6, direct=a, evolution=b, length=length, speed=1e-6)
-
-    def rock(stiffness):
-        contact = ss.Contact(tangential=0, normal_force=pressed, friction=law, slider_speed=speed)
-        return ss.Scene([1.0], [[stiffness]], contacts=[contact])
-
+    rock = partial(
+        ss.models.spring_slider,
+        direct=a,
+        evolution=b,
+        length=length,
+        normal_force=pressed,
+        pull_speed=speed,
+    )
     (point,) = ss.critical_points(rock, {"stiffness": (4e8, 6e8)})
     a, b, length, speed, pressed = map(decimal, (a, b, length, speed, pressed))
     return [

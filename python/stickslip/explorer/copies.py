@@ -13,6 +13,7 @@ from stickslip.explorer.sound import sound
 from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
 from stickslip.faults import InputError
 from stickslip.files.case import Case, save_case
+from stickslip.scene import models
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.style import save
@@ -54,15 +55,13 @@ def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
     model = (
         wanted.explored.family.replaced(wanted.changed) if wanted.changed else wanted.explored.family.given
     )
-    named = isinstance(model, partial) and model.func.__module__ == "stickslip.scene.models"
+    function = model.func if isinstance(model, partial) else model
+    named = next((name for name, one in models.MODELS.items() if one is function and name != "chain"), None)
     lines = ["import stickslip as ss", ""]
-    if isinstance(model, partial) and named and model.func.__name__ == "two_subsystems":
-        arguments = ", ".join(f"{name}={_plain(value)!r}" for name, value in model.keywords.items())
-        lines.append(f"scene = ss.models.two_subsystems({arguments})")
-    elif (
-        model is wanted.explored.family.given and getattr(model, "__module__", "") == "stickslip.scene.models"
-    ):
-        lines.append(f"scene = ss.models.{model.__name__}()")
+    if named:
+        given = model.keywords if isinstance(model, partial) else {}
+        arguments = ", ".join(f"{name}={_plain(value)!r}" for name, value in given.items())
+        lines.append(f"scene = ss.models.{named}({arguments})")
     else:
         changes = ", ".join(f"{name}={value!r}" for name, value in wanted.changed.items())
         lines.append('case = ss.load("scene.toml")  # the file that this page was started with')

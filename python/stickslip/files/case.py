@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -11,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.files.scene_file import (
-    MODELS,
     Matrices,
     known,
     located,
@@ -25,6 +26,7 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
+from stickslip.scene import models
 from stickslip.scene.checks import (
     FORMAT_KEY,
     FORMAT_VERSION,
@@ -35,7 +37,7 @@ from stickslip.scene.checks import (
 )
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.parameters.family import Family
-from stickslip.scene.scene import Scene
+from stickslip.scene.scene import HIDDEN, Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.transient.simulate import run_settings, simulate
 from stickslip.transient.trajectory import Trajectory
@@ -286,7 +288,7 @@ def _case(file: Path, tables: dict[str, Any]) -> Case:
 
 def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
     function = model.func if isinstance(model, partial) else model
-    names = {function: name for name, function in MODELS.items()}
+    names = {function: name for name, function in models.MODELS.items()}
     if function not in names or (isinstance(model, partial) and model.args):
         raise InputError(f"model: a file cannot name {model!r}; save model(...), a Scene, instead")
     table: dict[str, Any] = {"name": names[function]}
@@ -302,18 +304,19 @@ def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
     return table
 
 
-def _same(a: Scene, b: Scene) -> bool:
-    """Return whether two scenes of the same model have the same numbers and names, to the last bit."""
-
-    def laws(scene: Scene) -> list[Any]:
-        return [tuple(vars(contact).values()) for contact in scene.contacts]
-
-    return (
-        (a.dofs, a.damping, a.impact_friction) == (b.dofs, b.damping, b.impact_friction)
-        and laws(a) == laws(b)
-        and a.loads == b.loads
-        and np.array_equal(a.mass, b.mass)
-        and np.array_equal(a.force, b.force)
-        and (a.stiffness != b.stiffness).nnz == 0
-        and not (a.unsymmetric or b.unsymmetric or a.elements or b.elements)
-    )
+def _same(a: Any, b: Any) -> bool:
+    """Return whether two scenes, or parts of them, have the same numbers and names, to the last bit."""
+    if type(a) is not type(b):
+        return False
+    if scipy.sparse.issparse(a):
+        return bool(a.shape == b.shape and (a != b).nnz == 0)
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b)
+    if dataclasses.is_dataclass(a):
+        names = [field.name for field in dataclasses.fields(a) if field.name not in HIDDEN]
+        return all(_same(getattr(a, name), getattr(b, name)) for name in names)
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(_same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
+    return bool(a == b)

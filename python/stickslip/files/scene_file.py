@@ -37,8 +37,6 @@ from stickslip.scene.scene import Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
 INLINE = 600
-#: Models that a file can name.
-MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsystems, "chain": models.chain}
 #: Arguments of `Scene` that are matrices or vectors.
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
 SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load", "element")
@@ -209,11 +207,11 @@ def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
     """
     place = f"{path}: [model]"
     if not isinstance(table, Mapping) or "name" not in table:
-        raise InputError(f"{place}: name is missing; known: {', '.join(MODELS)}")
+        raise InputError(f"{place}: name is missing; known: {', '.join(models.MODELS)}")
     name = table["name"]
-    if name not in MODELS:
-        raise InputError(f"{place}: name: unknown model {name!r}{nearest(str(name), list(MODELS))}")
-    model = MODELS[name]
+    if name not in models.MODELS:
+        raise InputError(f"{place}: name: unknown model {name!r}{nearest(str(name), list(models.MODELS))}")
+    model = models.MODELS[name]
     given = {key: value for key, value in table.items() if key != "name"}
     lists = {"subsystems": ("subsystem", models.Subsystem), "links": ("link", models.Link)}
     keys = [lists.get(key, (key,))[0] for key in inspect.signature(model).parameters]

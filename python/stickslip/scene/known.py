@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.drawing.schematic import Column, masses
-from stickslip.scene.models import two_subsystems
+from stickslip.scene.models.subsystems import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.scene.structure import Structure

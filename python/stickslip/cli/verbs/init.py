@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,17 +16,34 @@ from stickslip.show.replaced_file import replace_file
 if TYPE_CHECKING:
     from stickslip.fe.reduced.model import Boundary
 
-MODELS = ("two_subsystems", "oscillator")
+#: Models with a file that explains every line.
+EXPLAINED = ("two_subsystems", "oscillator")
+#: Those of `stickslip.models` that are written with their numbers.
+LISTED = (
+    "mass_on_belt",
+    "thomsen_fidlin",
+    "bistable_oscillator",
+    "mass_on_belt_in_plane",
+    "den_hartog",
+    "lugre_slider",
+    "dahl_oscillator",
+    "spring_slider",
+    "hoffmann",
+    "rotating_disc",
+    "burridge_knopoff",
+    "bowed_string",
+)
 
 
 @click.command()
 @click.argument("scene", type=click.Path(dir_okay=False, path_type=Path), default="scene.toml")
 @click.option(
     "--model",
-    type=click.Choice(MODELS),
-    default=MODELS[0],
+    type=click.Choice([*EXPLAINED, *LISTED]),
+    default=EXPLAINED[0],
     show_default=True,
-    help="The published model by its parameters, or one mass on a belt by its matrices.",
+    help="The published model by its parameters, one mass on a belt by its matrices (oscillator), or another "
+    "model of the library by its parameters.",
 )
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def init(scene: Path, model: str, force: bool) -> None:
@@ -37,9 +55,20 @@ def init(scene: Path, model: str, force: bool) -> None:
     """
     if scene.exists() and not force:
         raise click.UsageError(f"{scene} exists; --force replaces it")
-    text = files("stickslip.cli").joinpath(f"templates/{model}.toml").read_text(encoding="utf-8")
-    replace_file(scene, text.encode())
+    if model in EXPLAINED:
+        text = files("stickslip.cli").joinpath(f"templates/{model}.toml").read_text(encoding="utf-8")
+        replace_file(scene, text.encode())
+    else:
+        save_model(model, scene)
     click.echo(f"wrote {scene}", err=True)
+
+
+def save_model(name: str, path: Path) -> None:
+    """Write a model of the library with all of its numbers."""
+    from stickslip.scene.models import MODELS
+    from stickslip.scene.models.naming import defaults
+
+    ss.save(ss.Case(partial(MODELS[name], **defaults(MODELS[name]))), path)
 
 
 @click.command()

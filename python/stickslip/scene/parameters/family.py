@@ -26,11 +26,11 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import LAW, OF_LAW, SPRINGS, core_contact, nearest
 from stickslip.scene.laws.law import FrictionLaw
-from stickslip.scene.models import Link, Subsystem
+from stickslip.scene.models import subsystems
+from stickslip.scene.models.subsystems import Link, Subsystem
 from stickslip.scene.parameters.numbers import (
     FACTORS,
     changed_parts,
@@ -120,7 +120,7 @@ class Family:
     @property
     def is_chain(self) -> bool:
         """Whether the model is one of `stickslip.models`."""
-        return self.model in (models.two_subsystems, models.chain)
+        return self.model in (subsystems.two_subsystems, subsystems.chain)
 
     def compiled(self, names: Iterable[str]) -> bool:
         """Return whether scenes of these parameters are made in compiled code.
@@ -195,8 +195,8 @@ class Family:
 
     def _standing(self, keyword: str) -> Any:
         """Return the value that a keyword has if nothing is said; None if there is none."""
-        if self.model is models.two_subsystems:
-            return models.standing(self.arguments, keyword)
+        if self.model is subsystems.two_subsystems:
+            return subsystems.standing(self.arguments, keyword)
         if keyword in self.arguments:
             return self.arguments[keyword]
         default = self.keywords[keyword].default if keyword in self.keywords else None
@@ -207,8 +207,8 @@ class Family:
         """Every number of a chain by its names."""
         chain = self._chain
         parts = len(chain["subsystems"])
-        counts = dict.fromkeys((*models.fields_of(Subsystem), *CHAIN_LAW), parts)
-        counts |= {f"link_{name}": len(chain["links"]) for name in models.fields_of(Link)}
+        counts = dict.fromkeys((*subsystems.fields_of(Subsystem), *CHAIN_LAW), parts)
+        counts |= {f"link_{name}": len(chain["links"]) for name in subsystems.fields_of(Link)}
         known = {name: Slot(name, None, 1) for name in WHOLE}
         for name, count in counts.items():
             if count:
@@ -224,8 +224,8 @@ class Family:
                 raise InputError(
                     f"fixed: {self.model.__name__} has no argument {name!r}"  # type: ignore[union-attr]
                 )
-        if self.model is models.two_subsystems:
-            return models.chain_arguments(self.arguments)
+        if self.model is subsystems.two_subsystems:
+            return subsystems.chain_arguments(self.arguments)
         for name in ("subsystems", "links"):
             if name not in self.arguments:
                 raise InputError(f"fixed: models.chain needs {name}")
@@ -251,7 +251,7 @@ class Family:
         """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees."""
         for place, name in enumerate(names):
             if self.is_chain and rows.size and self.slot(name).entry == "inclination":
-                models.radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
+                subsystems.radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
 
     def scene(self, values: Mapping[str, Any]) -> Scene:
         """Return the scene for some parameter values; those not given stay as they are."""
@@ -356,14 +356,15 @@ class Family:
             elif np.ndim(value) == 1 and len(value) and all(map(_is_number, value)):
                 found |= {f"{keyword}_{k}": float(one) for k, one in enumerate(value)}
         if all(one.kind is not inspect.Parameter.VAR_KEYWORD for one in self.keywords.values()):
-            others = scene_numbers(self.scene({}), [name for name in LAW if name not in self.keywords])
+            own = [name for name in LAW if isinstance(self._standing(name), FrictionLaw)]
+            others = scene_numbers(self.scene({}), [*own, *(one for one in LAW if one not in self.keywords)])
             found |= {name: value for name, value in others.items() if name not in self.keywords}
         return found
 
     @cached_property
     def template(self) -> Scene:
         """The scene of a compiled model before any parameter is set."""
-        return self.model if isinstance(self.model, Scene) else models.chain(**self._chain)
+        return self.model if isinstance(self.model, Scene) else subsystems.chain(**self._chain)
 
     def compile(self, names: Sequence[str]) -> _core.Family:
         """Return a scene or chain in compiled code: rows of numbers, in the order of `names`, to scenes."""
@@ -374,7 +375,7 @@ class Family:
         slots = [self.slot(name)[:2] for name in names]
         chain, scene = self._chain, self.template
         return _core.Family.of_chain(
-            models.chain_columns(chain["subsystems"], chain["links"]),
+            subsystems.chain_columns(chain["subsystems"], chain["links"]),
             wall_stiffness=real_number("wall_stiffness", chain["wall_stiffness"]),
             damping=real_number("damping", chain.get("damping", 1e-4)),
             contacts=[core_contact(contact, k, scene.dofs) for k, contact in enumerate(scene.contacts)],

@@ -1,4 +1,4 @@
-"""Model scenes: chains of subsystems, each an upper mass on a contact mass that rubs on an inclined slider.
+"""Chains of subsystems, each an upper mass on a contact mass that rubs on an inclined slider.
 
 Horizontal of a contact mass is ``cos(inclination) x_t - sin(inclination) x_n``, vertical
 ``sin(inclination) x_t + cos(inclination) x_n``; vertical is positive upwards. Two subsystems with the default
@@ -8,10 +8,9 @@ contact instabilities on a lumped system".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cache, partial
-from inspect import signature
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -22,15 +21,9 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.damping import Rayleigh
+from stickslip.scene.models.naming import defaults, made_by
 from stickslip.scene.parameters.numbers import per_contact
 from stickslip.scene.scene import Scene
-
-__all__ = ["Link", "Subsystem", "chain", "two_subsystems"]
-
-
-def __dir__() -> list[str]:
-    return __all__
-
 
 #: A number for all, or one per subsystem or contact.
 PerContact = float | Sequence[float] | Real
@@ -147,7 +140,7 @@ def chain(
         ],
         impact_friction=impact_friction,
     )
-    return _made_by(scene, chain, {**given, "subsystems": parts, "links": ties})
+    return made_by(scene, chain, {**given, "subsystems": parts, "links": ties})
 
 
 #: Stiffnesses of the two-subsystem model, N/m: the labels that its own matrix (Eq. 21) has, and those that
@@ -233,20 +226,7 @@ def two_subsystems(
     """
     # Nothing but the arguments is local here.
     given = dict(locals())
-    return _made_by(chain(**chain_arguments(given)), two_subsystems, given)
-
-
-def _made_by(scene: Scene, model: Callable[..., Scene], given: Mapping[str, Any]) -> Scene:
-    """Let a scene know the model that made it, with those arguments that are not its defaults."""
-    defaults = _defaults(model)
-    told = {name: value for name, value in given.items() if value is not defaults[name]}
-    object.__setattr__(scene, "model", partial(model, **told))
-    return scene
-
-
-@cache
-def _defaults(model: Callable[..., Scene]) -> dict[str, Any]:
-    return {name: parameter.default for name, parameter in signature(model).parameters.items()}
+    return made_by(chain(**chain_arguments(given)), two_subsystems, given)
 
 
 def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -280,7 +260,7 @@ def standing(given: Mapping[str, Any], name: str) -> Any:
 
 
 def _standing(given: Mapping[str, Any]) -> dict[str, Any]:
-    arguments = {name: given.get(name, default) for name, default in _defaults(two_subsystems).items()}
+    arguments = {name: given.get(name, default) for name, default in defaults(two_subsystems).items()}
     labels = arguments["labels"]
     if labels not in LABELS:
         raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
