@@ -68,7 +68,16 @@ def damped():
     (hopf,) = [point for point in points if point.kind == "hopf"]
     limit = mp.mpf(3) / 4 * (1 + 2 * c**2)
     growth = max(value.real for value in eigenvalues(1.0, DAMPING))
+    # (s^2 + c s + 2) (s^2 + d s + 2) = 1 - D has s = i sqrt 2 where D = 1 + 2 c d.
+    unlike = partial(ss.models.hoffmann, damping=(DAMPING, 3.0 * DAMPING))
+    (second,) = ss.critical_points(unlike, {"friction": (0.0, 1.4)}, kinds=("hopf",))
     return [
+        Quantity(
+            name="friction at the limit, dampers c and 3 c",
+            unit="",
+            expected=mp.mpf(3) / 4 * (1 + 6 * c**2),
+            computed=second.value,
+        ),
         Quantity(name="friction at the limit", unit="", expected=limit, computed=hopf.value),
         Quantity(
             name="frequency there", unit="rad/s", expected=mp.sqrt(2), computed=abs(hopf.eigenvalue.imag)
@@ -104,7 +113,8 @@ CASES = [
         ),
         model=(
             "The same with C = c M, c = 0.1 1/s: `lambda^2 + c lambda + 2 +- sqrt(1 - D) = 0`. Steady "
-            "sliding loses stability at D = 1 + 2 c^2 with `lambda = i sqrt 2`."
+            "sliding loses stability at D = 1 + 2 c^2 with `lambda = i sqrt 2`; with dampers c and d of x "
+            "and y at D = 1 + 2 c d."
         ),
         tolerance="Closed form: 1e-12.",
         quantities=damped,

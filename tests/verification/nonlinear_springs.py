@@ -1,4 +1,4 @@
-"""Oscillators with nonlinear springs: free and forced Duffing, and two masses with a one-sided spring.
+"""Nonlinear springs: free and forced Duffing, two masses with a one-sided spring, a manufactured motion.
 
 The free oscillator ``x'' + x + g x^3 = 0`` from rest at A has the period ``4 K(m) / sqrt(1 + g A^2)`` with
 ``m = g A^2 / (2 (1 + g A^2))`` and K the complete elliptic integral. The folds of the forced one are double
@@ -87,6 +87,47 @@ def one_sided():
     return found
 
 
+def manufactured():
+    """Compare a motion that was chosen before its load, over both half swings."""
+    mass, stiffness, length, amplitude, rate = 450.0, 1e5, 0.1, 0.01, np.pi / 4.0
+    frequency, half = rate / (2.0 * np.pi), np.pi / rate
+    # The load of x = A sin(w t) > 0; sin^2 = (1 - cos 2 w t) / 2.
+    sine = amplitude * (stiffness - mass * rate**2)
+    square = stiffness * amplitude**2 / length
+    found, state = [], ss.State([0.0], [amplitude * rate], "")
+    for number, sign in enumerate((1.0, -1.0)):
+        scene = ss.Scene(
+            [mass],
+            [[0.0]],
+            force=[-sign * square / 2.0],
+            loads=[
+                ss.Harmonic({0: sine}, frequency, number * np.pi - np.pi / 2.0),
+                ss.Harmonic({0: sign * square / 2.0}, 2.0 * frequency),
+            ],
+            elements=[ss.Spring(0, ss.spring.Polynomial(stiffness, -sign * stiffness / length))],
+        )
+        run = ss.simulate(scene, half, state)
+        found.append(
+            Quantity(
+                name=f"place after {2 + 4 * number} s",
+                unit="m",
+                expected=sign * decimal(amplitude),
+                computed=float(run.state(0.5 * half).position[0]),
+            )
+        )
+        end = run.state(half)
+        found.append(
+            Quantity(
+                name=f"velocity after {4 + 4 * number} s",
+                unit="m/s",
+                expected=-sign * decimal(amplitude) * mp.pi / 4,
+                computed=float(end.velocity[0]),
+            )
+        )
+        state = ss.State(end.position, end.velocity, "")
+    return found
+
+
 CASES = [
     Case(
         title="Free oscillator of Duffing",
@@ -115,5 +156,16 @@ CASES = [
         ),
         tolerance="The 12 digits that are known, from piecewise matrix exponentials: 2e-12.",
         quantities=one_sided,
+    ),
+    Case(
+        title="Manufactured motion against a softening spring",
+        source="Code_Aster, case SDND103, whose load makes the motion a sine.",
+        model=(
+            "m = 450 kg, spring force `k x (1 - |x| / x0)` with k = 1e5 N/m and x0 = 0.1 m, under the load "
+            "that gives `x = A sin(w t)`, A = 0.01 m, w = pi / 4 1/s. Each half swing is a scene with a "
+            "polynomial spring and harmonic loads, as x does not change its sign there."
+        ),
+        tolerance="Closed form: 1e-12.",
+        quantities=manufactured,
     ),
 ]

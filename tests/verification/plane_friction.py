@@ -160,6 +160,33 @@ def across():
     return found
 
 
+def along():
+    """Compare the mean friction of a slider that vibrates along its sliding, and turns back."""
+    found = []
+    speed, frequency, heavy = 0.5, 10.0, 1e9
+    for ratio, digits in ((2.0, "0.33333333333333333"), (3.0, "0.21634689593878546"), (10.0, "")):
+        wave = ss.Harmonic(ratio * speed, frequency)
+        contact = ss.Contact(
+            tangential="x", normal_force=1.0, friction=0.3, slider_speed=speed, slider_vibration=wave
+        )
+        scene = ss.Scene([heavy], [[0.0]], dofs=("x",), contacts=[contact])
+        run = ss.simulate(scene, 1.0 / frequency, ss.State([0.0], [0.0], "+"))
+        # From event to event the friction force has one sign.
+        turns = np.concatenate([[0.0], run.events.time, [1.0 / frequency]])
+        signs = np.resize([1.0, -1.0], turns.size - 1)
+        found.append(
+            Quantity(
+                name=f"mean friction over mu N, vibration {ratio:g} times as fast as the slider",
+                unit="",
+                expected=2 / mp.pi * mp.asin(1 / decimal(ratio)),
+                computed=float(signs @ np.diff(turns)) * frequency,
+                reference=digits,
+                relative=1e-9,
+            )
+        )
+    return found
+
+
 CASES = [
     Case(
         title="Puck on an incline",
@@ -199,5 +226,17 @@ CASES = [
         ),
         tolerance="1e-10, relative: the mass moves a little.",
         quantities=across,
+    ),
+    Case(
+        title="Vibration along sliding",
+        source=(
+            "Closed form, `(2 / pi) asin(1 / a)` for a >= 1; vibration that lowers friction, as in drives."
+        ),
+        model=(
+            "A slider of 0.5 m/s that vibrates along its motion, with a times its speed, so that slip turns "
+            "back twice a period, under a heavy mass: the mean friction over that without vibration."
+        ),
+        tolerance="1e-9, relative: the mass moves a little.",
+        quantities=along,
     ),
 ]
