@@ -98,3 +98,41 @@ def test_the_lowest_versions_that_are_tested_are_the_bounds():
     for name, bound in bounds:
         # 3.8 and 3.8.0 are the same.
         assert lowest[name].removesuffix(".0").removesuffix(".0") == bound.removesuffix(".0"), name
+
+
+def test_the_recipe_of_conda_has_the_version_and_the_bounds_of_the_package():
+    root = Path(__file__).parents[1]
+    # Names of conda-forge that differ: matplotlib without a window system.
+    text = (root / "conda" / "meta.yaml").read_text(encoding="utf-8").replace("matplotlib-base", "matplotlib")
+    assert re.search(r'^\{% set version = "(.*)" %\}$', text, re.MULTILINE)[1] == ss.__version__
+    pyproject = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    project = pyproject["project"]
+    listed = {
+        section: re.findall(r"^    - (.*)$", block, re.MULTILINE)
+        for section, block in re.findall(r"^  (build|host|run):\n((?:    - .*\n)+)", text, re.MULTILINE)
+    }
+    python = f"python {project['requires-python']}"
+    assert listed["run"] == [python, *(bound.replace(">=", " >=") for bound in project["dependencies"])]
+    (maturin,) = pyproject["build-system"]["requires"]
+    assert listed["host"] == [python, "pip", maturin.replace(">=", " >=", 1)]
+    assert {'{{ compiler("rust") }}', '{{ compiler("c") }}'} <= set(listed["build"])
+    assert f"license: {project['license']}" in text
+    assert f'summary: "{project["description"]}"' in text
+    rust = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"][
+        "rust-version"
+    ]
+    assert f'- "{rust}"' in (root / "conda" / "conda_build_config.yaml").read_text(encoding="utf-8")
+
+
+def test_issue_templates_ask_for_what_is_there():
+    templates = Path(__file__).parents[1] / ".github" / "ISSUE_TEMPLATE"
+    for name in ("defect.yml", "question.yml"):
+        text = (templates / name).read_text(encoding="utf-8")
+        assert re.findall(r"^(name|description|labels|body):", text, re.MULTILINE) == [
+            "name",
+            "description",
+            "labels",
+            "body",
+        ]
+    assert "stickslip.show_versions()" in (templates / "defect.yml").read_text(encoding="utf-8")
+    assert callable(ss.show_versions)
