@@ -21,7 +21,8 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.locus.band.path import INTERPOLATED, Projected, wanted_region
+from stickslip.locus.band.path import wanted_region
+from stickslip.locus.band.space import INTERPOLATED, Projected
 from stickslip.locus.path import Sliding, is_linear, moved_friction
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes

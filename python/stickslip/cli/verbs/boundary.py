@@ -40,6 +40,13 @@ RANGE = "NAME=FROM:TO"
     show_default=True,
     help="Lines searched in each parameter: no wider curve is missed.",
 )
+@click.option(
+    "--band",
+    nargs=2,
+    type=float,
+    metavar="LOW HIGH",
+    help="Frequencies of the modes that count, Hz, as of a large mesh; default: all modes.",
+)
 @answer_options
 def boundary(
     scene: Path,
@@ -47,6 +54,7 @@ def boundary(
     over: tuple[str, ...],
     combination: str | None,
     cells: int,
+    band: tuple[float, float] | None,
     answer: Answer,
 ) -> None:
     """Follow the curves over two parameters on which stability of sliding ends.
@@ -60,7 +68,7 @@ def boundary(
         raise click.UsageError(f"--over: expected two parameters, got {len(ranges)}")
     case, interrupted = loaded(scene, changes), False
     try:
-        found = ss.stability_boundary(case.model, ranges, combination=combination, cells=cells)
+        found = ss.stability_boundary(case.model, ranges, combination=combination, cells=cells, band=band)
     except ss.Interrupted as interruption:
         found, interrupted = interruption.partial, True
     from stickslip.show.plots import figure_of

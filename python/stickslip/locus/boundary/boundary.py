@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from stickslip.faults import InputError, Interrupted
+from stickslip.locus.band.path import is_large, wanted_region
+from stickslip.locus.band.plane import BandSearch
 from stickslip.locus.boundary.codimension import meetings, others, without_repetitions
 from stickslip.locus.boundary.conditions import Hopf, Separation, growing
 from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
@@ -29,6 +32,7 @@ def stability_boundary(
     *,
     combination: str | None = None,
     cells: int = 16,
+    band: Sequence[float] | None = None,
     progress: bool | None = None,
 ) -> StabilityBoundary:
     """Return the curves over two parameters on which steady sliding becomes unstable, or ends.
@@ -42,6 +46,10 @@ def stability_boundary(
     cells
         Number of lines searched in each parameter: a curve that is wider than a ``cells``-th part of a range
         is not missed. Counts are compared at four times as many places.
+    band
+        For a large scene: lowest and highest frequency in Hz of the modes that count, as for `complex_modes`.
+        A curve ends where its frequency leaves the band, and `BoundaryCurve.missing` counts the eigenvalues
+        of the band that were not found along it.
     progress
         Whether to show what is done; None: on a terminal, if it takes long.
 
@@ -66,12 +74,21 @@ def stability_boundary(
     where curves say so. A row that contradicts them is searched as a line; so are rows through extremes of
     the largest growth rate that may hide a closed curve within a cell. What stays contradictory is told in
     ``doubts``.
+
+    With `band` the modes of the band at some places of the plane, right and left, span the space on which the
+    matrices are projected. Places are added until the projected eigenvalues and normal forces are those of
+    the scene. The modes at the points of curves join the space, and the points move by what that changes. A
+    growing mode that crosses a bound of the band is a doubt: beyond it nothing in the band grows.
     """
-    search = search_over(model, parameters, combination, cells)
+    search = search_over(model, parameters, combination, cells, band)
     done = [0]
     total = (2 + FINER) * cells
     try:
-        with watched(lambda: done[0], total, "stability boundary", progress, LONG):
+        # Matrices of some hundred rows at most: more threads take longer wherever anything else runs.
+        with (
+            threadpool_limits(1, user_api="blas"),
+            watched(lambda: done[0], total, "stability boundary", progress, LONG),
+        ):
             for done[0], _ in search.run():
                 pass
             return boundary_of(search)
@@ -81,7 +98,13 @@ def stability_boundary(
         raise Interrupted(f"interrupted after {done[0]} of {total} lines", found) from None
 
 
-def search_over(model: Model, parameters: Mapping[str, Any], combination: str | None, cells: int) -> Search:
+def search_over(
+    model: Model,
+    parameters: Mapping[str, Any],
+    combination: str | None,
+    cells: int,
+    band: Sequence[float] | None = None,
+) -> Search:
     """Return the search for the curves, arguments as in `stability_boundary`; nothing is searched yet."""
     ranges, fixed = divided(model, parameters)
     if len(ranges) != 2:
@@ -89,7 +112,11 @@ def search_over(model: Model, parameters: Mapping[str, Any], combination: str | 
     ends = {name: interval(name, value) for name, value in ranges.items()}
     if (cells := whole_number("cells", cells, 2)) > 1000:
         raise InputError(f"cells: expected at most 1000, got {cells}")
-    return Search(Plane(Sliding(Family(model), combination), ends, fixed), cells)
+    region, sliding = wanted_region(band, (None, None)), Sliding(Family(model), combination)
+    first, second = ends.items()
+    if region is not None and is_large(sliding, first[0], first[1][0], {**fixed, second[0]: second[1][0]}):
+        return BandSearch.over(sliding, ends, fixed, region, cells)
+    return Search(Plane(sliding, ends, fixed, region), cells)
 
 
 def boundary_of(search: Search) -> StabilityBoundary:
@@ -145,6 +172,7 @@ def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
         unstable_modes=np.array([_modes(others(trace, y)) for y in trace.points]),
         steady_sliding=np.array([is_steady(condition, y) for y in trace.points]),
         error=trace.errors,
+        missing=np.zeros(len(trace.points)) if trace.missing is None else trace.missing,
         ends=trace.ends,
         contact=contact,
         name=None if contact is None else labels[contact],

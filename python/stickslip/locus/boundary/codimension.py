@@ -43,8 +43,9 @@ class Meeting:
 
 
 def others(trace: Trace, y: Real) -> Complex:
-    """Return the eigenvalues at a point of a curve but those that are on the axis there, by real parts."""
-    found = eigenvalues(trace.condition.plane, y)
+    """Return what counts of the eigenvalues at a point of a curve, by real parts, but its own on the axis."""
+    plane = trace.condition.plane
+    found = eigenvalues(plane, y)
     own: tuple[complex, ...] = ()
     if isinstance(trace.condition, Hopf):
         omega = y[2] * trace.condition.scale
@@ -53,6 +54,7 @@ def others(trace: Trace, y: Real) -> Complex:
         own = (0.0j,)
     for value in own:
         found = np.delete(found, np.abs(found - value).argmin())
+    found = plane.seen(found)
     return found[np.argsort(-found.real)]
 
 

@@ -42,8 +42,15 @@ class BoundaryCurve:
     error
         By how much the condition misses at the points, (k,): the least singular value of the dynamic
         stiffness, whose rows and columns have size 1; of a separation the normal force, of its terms.
+        For a large scene with a `band`, on a Hopf curve: the growth rate of the mode of the scene, of its
+        modulus.
+    missing
+        How many eigenvalues of a `band` were not found at the points, (k,): 0.00 to some digits if none is
+        missing; nan where they are not counted, which is at three of four points. Zero where all eigenvalues
+        are computed.
     ends
-        Why the curve ends at either side: ``range`` of a parameter, ``zero_frequency``, ``closed``;
+        Why the curve ends at either side: ``range`` of a parameter, ``band`` where the frequency leaves it,
+        ``zero_frequency``, ``closed``;
         ``corner`` where another curve goes on in another direction, as at a knot of a table or where two
         modes become one; ``lost`` if it could not be followed any further, which is a doubt.
     contact, name
@@ -58,6 +65,7 @@ class BoundaryCurve:
     unstable_modes: Index
     steady_sliding: Flags
     error: Real
+    missing: Real
     ends: tuple[str, str]
     contact: int | None = None
     name: str | None = None

@@ -17,19 +17,20 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.faults import InputError
+from stickslip.locus.band.space import INTERPOLATED, Projected
 from stickslip.locus.path import (
     CHECKS,
-    INTERPOLATED,
     STATICS,
     Interpolation,
     Sliding,
     agrees,
     coefficients_of,
 )
-from stickslip.scene.checks import Real
+from stickslip.modes.sparse.region import Region
+from stickslip.scene.checks import Complex, Real
 
-#: Largest error of an interpolant, of the largest entry of its row: twice that of one parameter, in each.
-_ERROR = 4 * INTERPOLATED
+#: Largest error of an interpolant, in errors of one parameter: twice that, in each.
+_ERROR = 4.0
 #: Terms added to each parameter where the products of those of either one don't suffice.
 _MORE = 4
 #: Terms in one parameter after which the scene counts as not smooth.
@@ -83,6 +84,10 @@ class Plane:
         Lower and upper value by name, two of them.
     fixed
         Values of other parameters.
+    region
+        Part of the plane of eigenvalues that counts; None: all of it.
+    basis
+        Directions on which the matrices are projected, (m, r); None: they are not.
 
     Raises
     ------
@@ -91,9 +96,15 @@ class Plane:
     """
 
     def __init__(
-        self, sliding: Sliding, ranges: Mapping[str, tuple[float, float]], fixed: Mapping[str, float]
+        self,
+        sliding: Sliding,
+        ranges: Mapping[str, tuple[float, float]],
+        fixed: Mapping[str, float],
+        region: Region | None = None,
+        basis: Real | None = None,
     ) -> None:
         self.sliding, self.fixed = sliding, dict(fixed)
+        self.region, self.basis = region, basis
         first, second = ranges
         self.names = (first, second)
         self.lower = tuple(ranges[name][0] for name in self.names)
@@ -105,7 +116,11 @@ class Plane:
         terms: list[int] = []
         for axis in (0, 1):
             fixed_there = {**self.fixed, self.names[1 - axis]: middle[1 - axis]}
-            along = Interpolation(sliding, self.names[axis], fixed_there)
+            along = (
+                Interpolation(sliding, self.names[axis], fixed_there)
+                if basis is None
+                else Projected(sliding, self.names[axis], fixed_there, INTERPOLATED, basis)
+            )
             pieces = along.fitted(self.lower[axis], self.upper[axis])
             breaks.append([self.lower[axis], *(piece[1] for piece in pieces)])
             terms.append(max(len(series) for piece in pieces for series in _flat(piece)))
@@ -116,6 +131,10 @@ class Plane:
             for a, b in pairwise(breaks[0])
             for c, d in pairwise(breaks[1])
         ]
+
+    def seen(self, eigenvalues: Complex) -> Complex:
+        """Return those of some eigenvalues that count."""
+        return eigenvalues if self.region is None else eigenvalues[self.region.holds(eigenvalues)]
 
     def values(self, place: Any) -> dict[str, float]:
         """Return the parameters at a point (u, v) of the unit square."""
@@ -157,7 +176,7 @@ class Plane:
                 grid = np.moveaxis(coefficients_of(np.moveaxis(grid, 1, 0)), 0, 1)
                 series.append(coefficients_of(grid))
             if all(
-                agrees(_contracted(c, s, 0), t, value, len(check) - k <= STATICS, _ERROR)
+                agrees(_contracted(c, s, 0), t, value, len(check) - k <= STATICS, _ERROR * self._along.error)
                 for (s, t), check in checks.items()
                 for k, (c, value) in enumerate(zip(series, check, strict=True))
             ):

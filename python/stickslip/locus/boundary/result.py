@@ -97,6 +97,7 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
             "unstable_modes": column("unstable_modes", int),
             "steady_sliding": column("steady_sliding", bool),
             "error": column("error", float, units="1"),
+            "missing": column("missing", float, units="1"),
             "kind": texts("number", (curve.kind for curve in self)),
             "contact": texts("number", (curve.name or "" for curve in self)),
             "begin": texts("number", (curve.ends[0] for curve in self)),
@@ -156,6 +157,11 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
             ("counts of modes", "; ".join(self.doubts) if self.doubts else agrees),
             ("missed", f"no curve wider than {widths}" if not self.doubts else "not known"),
         ]
+        counted = np.concatenate([np.zeros(0), *(curve.missing for curve in self)])
+        if np.isnan(counted).any():
+            counted = counted[~np.isnan(counted)]
+            worst = abs(np.abs(counted).max().round(2))
+            facts.append(("band", f"{counted.size} counts along curves, {worst:.2f} eigenvalues missing"))
         curves = [
             (
                 str(number),

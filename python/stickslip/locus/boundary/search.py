@@ -50,6 +50,9 @@ _INNER = 1e-6
 _REACH = 2.0
 #: Refinements around an extreme of growth, each twice as fine as the one before.
 _REFINED = 8
+#: Halvings between two places of a row until it is known where a count changes, and the distance of an
+#: eigenvalue from a bound of the band, of its modulus, at which it crosses that bound there.
+_HALVINGS, _AT_BOUND = 24, 1e-5
 
 
 @dataclass(frozen=True)
@@ -86,9 +89,14 @@ class Search:
     doubts: list[str] = field(default_factory=list)
     #: Largest growth rate, 1/s, rows of the second parameter; nan where it is not known.
     growth: Real = field(init=False)
+    #: By bound of the band, 1/s: where on a line a growing mode crosses it.
+    through: dict[float, list[Real]] = field(default_factory=dict)
+    #: Numbers of growing modes, as `growth`.
+    modes: Index = field(init=False)
 
     def __post_init__(self) -> None:
         self.growth = np.full((FINER * self.cells, FINER * self.cells), np.nan)
+        self.modes = np.zeros(self.growth.shape, dtype=int)
 
     def run(self) -> Iterator[tuple[int, int]]:
         """Find everything; yield how many lines and rows of all are done, so that a caller may stop.
@@ -106,7 +114,7 @@ class Search:
         wrong: list[float] = []
         neutral = self.is_neutral()
         for k in range(rows):
-            self.growth[k], agrees = self.compare((k + 0.5) / rows, rows)
+            self.growth[k], self.modes[k], agrees = self.compare((k + 0.5) / rows, rows)
             if not agrees:
                 wrong.append((k + 0.5) / rows)
             if wrong and neutral:
@@ -122,11 +130,20 @@ class Search:
             for place in wrong:
                 self.search(0, place)
                 yield total, total
-            wrong = [place for place in wrong if not self.compare(place, rows)[1]]
+            wrong = [place for place in wrong if not self.compare(place, rows)[2]]
+        if self.plane.region is not None:
+            self._leaves()
         self._join()
         name = self.plane.names[1]
         for place in wrong:
             self.doubts.append(f"counts contradict the curves at {name} = {self._value(1, place):.6g}")
+        for bound, where in self.through.items():
+            values = self.plane.values(where[0]).items()
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+            self.doubts.append(
+                f"a growing mode crosses the bound of the band at {bound / (2.0 * np.pi):.6g} Hz near {at}, "
+                "and is not counted beyond; take a wider band"
+            )
 
     def _join(self) -> None:
         """Tell curves that go on in another direction from those that could not be followed any further."""
@@ -188,21 +205,21 @@ class Search:
             for kind, contact, value, eigenvalue, slope, exists in zip(
                 kinds, contacts, values, eigenvalues, slopes, steady, strict=True
             )
-            if kind in ("hopf", "divergence", "separation")
+            if kind == "separation" or (kind in ("hopf", "divergence") and self._counts(eigenvalue))
         ]
+
+    def _counts(self, eigenvalue: complex) -> bool:
+        return bool(self.plane.seen(np.array([eigenvalue])).size)
 
     def crossings(self, axis: int, place: float) -> list[Crossing]:
         """Return where the known curves cross a line, in ascending order."""
         met = [point for trace in self.traces for point in crossings(trace, axis, place)]
         return sorted(met, key=lambda point: point.place)
 
-    def compare(self, place: float, count: int) -> tuple[Real, bool]:
-        """Return the largest growth rates along a row, and whether the curves tell its counts."""
+    def compare(self, place: float, count: int) -> tuple[Real, Index, bool]:
+        """Return growth rates and numbers of growing modes along a row, and whether curves tell these."""
         places = (np.arange(count) + 0.5) / count
-        values = np.array([self._value(0, at) for at in places])
-        path = self.plane.line(0, place)
-        found = path.growth(values)
-        modes, steady = found["unstable_modes"], found["steady_sliding"]
+        rates, modes, steady = self.verdicts(places, place)
         met = self.crossings(0, place)
         stable = [point for point in met if point.kind != "separation"]
         steps = np.array([(2 if point.kind == "hopf" else 1) * point.direction for point in stable])
@@ -214,6 +231,9 @@ class Search:
         wrong = np.flatnonzero((2 * modes != expected) & ~near)
         if wrong.size:
             whole = np.array([self._count(places[k], place) for k in wrong])
+            if self.plane.region is not None:
+                every = np.array([self._count(at, place) for at in places])
+                whole += self._left(0, place, places, every)[wrong]
             wrong = wrong[whole != expected[wrong]]
         # Between neighbours; at a pole, where the stiffness is singular, forces change their sign as well.
         flips = steady[1:] != steady[:-1]
@@ -223,18 +243,73 @@ class Search:
         poles = between[[point.kind == "divergence" for point in met]].any(axis=0)
         opens = between[kinds == "separation"].sum(axis=0) % 2 == 1
         unsteady = (flips != opens) & ~poles & ~(near[1:] | near[:-1])
-        growth: Real = np.where(steady, found["eigenvalue"].real, np.nan)
-        return growth, not (wrong.size or unsteady.any())
+        growth: Real = np.where(steady, rates, np.nan)
+        return growth, modes, not (wrong.size or unsteady.any())
+
+    def verdicts(self, places: Real, place: float) -> tuple[Real, Index, Flags]:
+        """Return the largest growth rates, numbers of growing modes, and whether there is steady sliding."""
+        if self.plane.region is None:
+            found = self.plane.line(0, place).growth(np.array([self._value(0, at) for at in places]))
+            return found["eigenvalue"].real, found["unstable_modes"], found["steady_sliding"]
+        rates, modes = np.full(places.size, np.nan), np.zeros(places.size, dtype=int)
+        steady = np.zeros(places.size, dtype=bool)
+        for k, at in enumerate(places):
+            y = np.array([at, place])
+            seen = self.plane.seen(eigenvalues(self.plane, y))
+            rates[k] = seen.real.max(initial=-np.inf)
+            modes[k] = growing(seen[seen.imag >= 0.0])
+            steady[k] = exists(self.plane, y)
+        return np.where(np.isfinite(rates), rates, np.nan), modes, steady
 
     def _count(self, u: float, v: float) -> int:
         """Return how many eigenvalues grow at a point."""
-        return growing(eigenvalues(self.plane, np.array([u, v])))
+        return growing(self.plane.seen(eigenvalues(self.plane, np.array([u, v]))))
+
+    def _left(self, axis: int, place: float, places: Real, counts: Index) -> Index:
+        """Return how many growing eigenvalues have left the band since the first place of a line."""
+        met = [one for one in self.crossings(axis, place) if one.kind != "separation"]
+        left = np.zeros(places.size, dtype=int)
+        for k, (a, b) in enumerate(pairwise(places)):
+            lost = counts[k] - counts[k + 1] + _begun(met, float(a), float(b))
+            if lost and self._through(axis, place, float(a), float(b), met):
+                left[k + 1 :] += lost
+        return left
+
+    def _through(self, axis: int, place: float, a: float, b: float, met: list[Crossing]) -> bool:
+        """Return whether a growing eigenvalue crosses a bound of the band between a and b of a line."""
+        region = self.plane.region
+        assert region is not None
+
+        def at(value: float) -> Real:
+            return np.array([value, place] if axis == 0 else [place, value])
+
+        begin, first = a, self._count(*at(a))
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (a + b)
+            same = self._count(*at(middle)) == first + _begun(met, begin, middle)
+            a, b = (middle, b) if same else (a, middle)
+        found = eigenvalues(self.plane, at(b))
+        found = found[found.real > _AT_BOUND * np.abs(found)]
+        for bound in (region.low, region.high):
+            if bound and (np.abs(np.abs(found) - bound) <= _AT_BOUND * bound).any():
+                self.through.setdefault(bound, []).append(at(b))
+                return True
+        return False
+
+    def _leaves(self) -> None:
+        """Find where growing modes cross a bound of the band along columns: along rows they are known."""
+        rows = len(self.growth)
+        places = (np.arange(rows) + 0.5) / rows
+        for place, counts in zip(places, self.modes.T, strict=True):
+            self._left(1, float(place), places, 2 * counts)
 
     def is_neutral(self) -> bool:
         """Return whether some mode neither grows nor decays wherever one looks."""
         for place in (0.1371, 0.4142, 0.7321):
             values = np.array([self._value(0, at) for at in (0.2361, 0.5773, 0.8660)])
             eigenvalue: Complex = self.plane.line(0, place).sweep(values, False)["eigenvalue"]
+            if self.plane.region is not None:
+                eigenvalue = np.where(self.plane.region.holds(eigenvalue), eigenvalue, -1.0)
             if not (np.abs(eigenvalue.real) <= _NEUTRAL * np.abs(eigenvalue)).any(axis=1).all():
                 return False
         return True
@@ -260,11 +335,11 @@ class Search:
         for _ in range(_REFINED):
             steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]) * half
             u, v = (np.clip(centre[axis] + steps, _INNER, 1.0 - _INNER) for axis in (0, 1))
-            values = np.array([self._value(0, at) for at in u])
-            rates = np.array([self.plane.line(0, at).growth(values)["eigenvalue"].real for at in v])
-            j, i = np.unravel_index(int((sign * rates).argmax()), rates.shape)
-            gained = sign * rates[j, i] - best
-            best, centre, half = sign * rates[j, i], np.array([u[i], v[j]]), 0.5 * half
+            rates = sign * np.array([self.verdicts(u, at)[0] for at in v])
+            rates[np.isnan(rates)] = -np.inf
+            j, i = np.unravel_index(int(rates.argmax()), rates.shape)
+            gained = rates[j, i] - best
+            best, centre, half = rates[j, i], np.array([u[i], v[j]]), 0.5 * half
             if best > 0.0:
                 return float(centre[1])
             # Near an extreme what is gained shrinks by four each time; it may shrink by two at a corner.
@@ -284,6 +359,11 @@ def _peaks(growth: Real) -> Flags:
     rise = np.ptp(known, axis=0)
     highest: Flags = (growth >= known.max(axis=0)) & (growth < 0.0) & (growth + _REACH * rise > 0.0)
     return highest
+
+
+def _begun(met: list[Crossing], a: float, b: float) -> int:
+    """Return how many eigenvalues begin to grow between two places of a line, less those that cease to."""
+    return sum((2 if one.kind == "hopf" else 1) * one.direction for one in met if a < one.place < b)
 
 
 def _same(point: Crossing, other: Crossing) -> bool:
@@ -352,10 +432,15 @@ def is_steady(condition: Condition, y: Real) -> bool:
         step = _ACROSS * across / np.linalg.norm(across)
         places = [y[:2] - step, y[:2] + step]
     for place in places:
-        values, sizes = margins(condition.plane, place)
-        relative = values[0] / sizes
-        if isinstance(condition, Separation):
-            relative[condition.contact] = 0.0
-        if (relative >= -64 * np.finfo(float).eps).all():
+        if exists(condition.plane, place, condition.contact if isinstance(condition, Separation) else None):
             return True
     return False
+
+
+def exists(plane: Plane, place: Real, contact: int | None = None) -> bool:
+    """Return whether steady sliding exists at a place, whatever the margin of one contact."""
+    values, sizes = margins(plane, place)
+    relative = values[0] / sizes
+    if contact is not None:
+        relative[contact] = 0.0
+    return bool((relative >= -64 * np.finfo(float).eps).all())

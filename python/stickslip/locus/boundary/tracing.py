@@ -45,9 +45,12 @@ class Trace:
     errors
         By how much the condition misses at every point, (k,).
     ends
-        Why the curve ends at either side: ``range``, ``zero_frequency``, ``closed``, or ``lost``.
+        Why the curve ends at either side: ``range``, ``band``, ``zero_frequency``, ``closed``, or ``lost``.
     turns
         Places in `points` at which the curve turns, with the axis, 0 or 1, in which it does.
+    missing
+        Numbers of eigenvalues of a band that are not found at the points, nan where they are not counted;
+        None where all are computed.
     """
 
     condition: Condition
@@ -56,6 +59,7 @@ class Trace:
     errors: Real
     ends: tuple[str, str]
     turns: list[tuple[int, int]] = field(default_factory=list)
+    missing: Real | None = None
 
     @property
     def closed(self) -> bool:
@@ -88,16 +92,16 @@ def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Re
         end = _end(condition, y, along, step)
         if end is not None:
             return [*points, end[0]], end[1]
-        step = min(step, max(0.5 * _room(y, along), _SMALLEST))
+        step = min(step, max(0.5 * _room(condition, y, along), _SMALLEST))
         found = corrected(condition, y + step * along, along, float(along @ y) + step)
         turned = np.inf
         if found is not None:
             after = tangent(condition.equations(found[0])[1])
             after = after if after @ along > 0.0 else -after
             turned = float(np.arccos(np.clip(after @ along, -1.0, 1.0)))
-        if found is None or turned > _REFUSED or not _inside(found[0]):
+        if found is None or turned > _REFUSED or not _inside(condition, found[0]):
             if step <= _SMALLEST:
-                return points, "range" if _room(y, along) <= _EDGE else "lost"
+                return points, "range" if _room(condition, y, along) <= _EDGE else "lost"
             step *= 0.3
             continue
         before, y, along = y, found[0], after
@@ -113,28 +117,44 @@ def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Re
     return points, "lost"
 
 
-def _inside(y: Real) -> bool:
-    return bool((y[:2] >= 0.0).all() and (y[:2] <= 1.0).all() and (y.size == 2 or y[2] > 0.0))
+def _inside(condition: Condition, y: Real) -> bool:
+    low, high = condition.limits
+    limited = y.size == 2 or (y[2] > 0.0 and low <= y[2] <= high)
+    return bool((y[:2] >= 0.0).all() and (y[:2] <= 1.0).all() and limited)
 
 
-def _room(y: Real, along: Real) -> float:
-    """Return the way along the tangent to the border of the square, or to a frequency of zero."""
+def _limit(condition: Condition, y: Real, along: Real) -> tuple[float, float]:
+    """Return the frequency at which a curve leaves its limits, and the way along the tangent to there."""
+    if y.size == 2 or along[2] == 0.0:
+        return np.inf, np.inf
+    limit = condition.limits[int(along[2] > 0.0)]
+    return limit, float((limit - y[2]) / along[2])
+
+
+def _room(condition: Condition, y: Real, along: Real) -> float:
+    """Return the way along the tangent to the border of the square, or to a limit of frequency."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.where(along[:2] > 0.0, (1.0 - y[:2]) / along[:2], -y[:2] / along[:2])
-        slow = -y[2] / along[2] if y.size == 3 and along[2] < 0.0 else np.inf
     ways = np.where(along[:2] == 0.0, np.inf, ways)
-    return float(min(ways.min(), slow))
+    return float(min(ways.min(), _limit(condition, y, along)[1]))
 
 
 def _end(condition: Condition, y: Real, along: Real, step: float) -> tuple[Real, str] | None:
-    """Return the end of a curve within a step: on the border, or where the frequency vanishes."""
-    room = _room(y, along)
+    """Return the end of a curve within a step: on the border, or where the frequency leaves its limits."""
+    room = _room(condition, y, along)
     if room > step:
         return None
     reached = y + room * along
-    if y.size == 3 and along[2] < 0.0 and -y[2] / along[2] <= room:
-        found = corrected(condition, np.array([*reached[:2], _SLOW]), np.array([0.0, 0.0, 1.0]), _SLOW)
-        return None if found is None else (found[0], "zero_frequency")
+    limit, way = _limit(condition, y, along)
+    if way <= room:
+        last = limit or _SLOW
+        found = corrected(condition, np.array([*reached[:2], last]), np.array([0.0, 0.0, 1.0]), last)
+        if found is None:
+            return None
+        found[0][2] = last
+        if limit and not _is_end(condition, found[0], y, along, step):
+            return None
+        return found[0], "band" if limit else "zero_frequency"
     axis = int(np.argmin(np.minimum(reached[:2], 1.0 - reached[:2])))
     side = 0.0 if reached[axis] < 0.5 else 1.0
     found = corrected(condition, reached, np.eye(y.size)[axis], side)
@@ -142,12 +162,45 @@ def _end(condition: Condition, y: Real, along: Real, step: float) -> tuple[Real,
         return None
     end = found[0]
     end[axis] = side
-    if not _inside(end) or (end - y) @ along < -1e-12 or np.linalg.norm(end - y) > 2.0 * step + 1e-12:
-        return None
-    return end, "range"
+    return (end, "range") if _is_end(condition, end, y, along, step) else None
 
 
-def _finished(condition: Condition, points: list[Real], ends: tuple[str, str]) -> Trace:
+def _is_end(condition: Condition, end: Real, y: Real, along: Real, step: float) -> bool:
+    """Return whether the end of a curve lies ahead of its point y, within a step."""
+    ahead = (end - y) @ along >= -1e-12 and np.linalg.norm(end - y) <= 2.0 * step + 1e-12
+    return bool(_inside(condition, end) and ahead)
+
+
+def moved(trace: Trace, condition: Condition) -> Trace | None:
+    """Return a curve whose points are moved to where another condition holds; None where it does not.
+
+    Ends stay on what ends them. `condition` has the units of that of the curve.
+    """
+    turned = [place for place, _ in trace.turns]
+    points = np.delete(trace.points, turned, axis=0)
+    tangents = np.delete(trace.tangents, turned, axis=0)
+    found: list[Real] = []
+    for k, (y, along) in enumerate(zip(points, tangents, strict=True)):
+        end = trace.ends[0] if k == 0 else trace.ends[1] if k == len(points) - 1 else ""
+        row = along
+        if end == "range":
+            row = np.eye(y.size)[int(np.argmin(np.minimum(y[:2], 1.0 - y[:2])))]
+        elif end in ("band", "zero_frequency"):
+            row = np.array([0.0, 0.0, 1.0])
+        reached = corrected(condition, y, row, float(row @ y))
+        if reached is None:
+            return None
+        found.append(np.where(row == 1.0, y, reached[0]))
+        condition.settle(found[-1])
+    if trace.closed:
+        found[-1] = found[0]
+    missing = None if trace.missing is None else np.delete(trace.missing, turned)
+    return _finished(condition, found, trace.ends, missing)
+
+
+def _finished(
+    condition: Condition, points: list[Real], ends: tuple[str, str], missing: Real | None = None
+) -> Trace:
     """Return a curve with tangents that follow it, and with the points at which it turns."""
     # An end at the start is that point twice.
     kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
@@ -161,7 +214,7 @@ def _finished(condition: Condition, points: list[Real], ends: tuple[str, str]) -
             way = kept[1] - kept[0]
         tangents.append(along if way is None or along @ way >= 0.0 else -along)
         way = tangents[-1]
-    trace = Trace(condition, np.array(kept), np.array(tangents), np.array(errors), ends)
+    trace = Trace(condition, np.array(kept), np.array(tangents), np.array(errors), ends, missing=missing)
     for axis in (0, 1):
         _turned(trace, axis)
     return trace
@@ -183,6 +236,8 @@ def _turned(trace: Trace, axis: int) -> None:
         trace.points = np.insert(trace.points, k + 1, y, axis=0)
         trace.tangents = np.insert(trace.tangents, k + 1, tangent_there, axis=0)
         trace.errors = np.insert(trace.errors, k + 1, error)
+        if trace.missing is not None:
+            trace.missing = np.insert(trace.missing, k + 1, np.nan)
         trace.turns = [(place + (place > k), which) for place, which in trace.turns]
         trace.turns.append((int(k) + 1, axis))
 
