@@ -130,7 +130,7 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
 
 def test_statuses_survive_grey(cycle, axes):
     """Each status has a line style and a hatching of its own, whatever its colour turns into."""
-    assert len(set(STYLES.values())) == len(set(HATCHES.values())) == 4
+    assert len(set(STYLES.values())) == len(set(HATCHES.values())) == 5
     cycle.plot.phase(ax=axes)
     *drawn, slider = [line for line in axes.lines if not line.get_label().startswith("_")]
     assert slider.get_label() == "slider"

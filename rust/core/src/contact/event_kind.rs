@@ -14,8 +14,6 @@ pub enum EventKind {
     SlipPositive,
     /// T of a sticking contact reached -mu_static N: it slides with T = -mu N.
     SlipNegative,
-    /// T of a contact that sticks in a plane reached `|T| = mu_static N`: it slips.
-    Slip,
     /// The normal force reached zero and the contact opened.
     Release,
     /// The gap of an open contact closed.
@@ -33,6 +31,8 @@ pub enum EventKind {
     Turn,
     /// Friction that falls with slip speed reached zero, which ends a run. No run has one.
     Exhausted,
+    /// T of a contact that sticks in a plane reached `|T| = mu_static N`: it slips.
+    Slip,
 }
 
 /// Stands for the contact of an event that belongs to no contact.

@@ -153,7 +153,7 @@ pub(crate) struct LawMotion {
     /// Those that slip in a plane.
     pub(super) planes: Vec<PlaneSeries>,
     /// The one whose slip ends with the panel, and the one whose slip has ended.
-    stopping: Option<usize>,
+    pub(super) stopping: Option<usize>,
     stopped: Option<usize>,
     /// The time left to its end, times the rate of the motion, over which forces on a slip count as constant.
     pub(super) constant: f64,

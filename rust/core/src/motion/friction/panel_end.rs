@@ -189,6 +189,7 @@ impl LawMotion {
             }
         }
         if first < 1.0 {
+            self.stopping = None;
             self.shorten(first);
         }
     }

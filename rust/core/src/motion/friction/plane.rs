@@ -63,10 +63,10 @@ pub(crate) struct PlaneContact {
 /// How the series of a panel is found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 enum Course {
-    /// Slip begins with `w = s^p (..)`; p = 0 of slip that goes on.
+    /// Slip that goes on: p = 0.
     #[default]
     Slips,
-    /// p = 1 or 2.
+    /// Slip that begins, with its p.
     Begins(usize),
     /// Slip that is so slow that its direction follows from the balance across it.
     Follows,
@@ -90,7 +90,7 @@ pub(super) struct PlaneSeries {
     along: [f64; COEFFICIENTS],
     across: [f64; COEFFICIENTS],
     /// R of order 0 without friction.
-    pub(super) reaction: [f64; 2],
+    reaction: [f64; 2],
     /// Where the direction follows: the force that accelerates slip across e_0.
     pull: [f64; COEFFICIENTS],
 }
