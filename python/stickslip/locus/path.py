@@ -173,7 +173,7 @@ class Interpolation:
         lower = self.lower
 
         def excess(value: float, contact: int, knot: float) -> float:
-            return abs(self.scene(value).contacts[contact].slider_speed) - knot
+            return float(abs(self.scene(value).contacts[contact].slider_speed)) - knot
 
         found: set[float] = set()
         for k, contact in enumerate(scene.contacts):

@@ -101,15 +101,16 @@ class Contact:
     normal: DirectionLike | None = None
     friction: float | FrictionLaw = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
-    slider_speed: float = 0.0
+    #: A number; a pair only until a scene takes friction in a plane as two contacts.
+    slider_speed: float | Any = 0.0
     restitution: float = 0.0
     gap: float = 0.0
     normal_stiffness: float | None = None
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
-    #: A `Harmonic`; its file imports this one.
-    slider_vibration: Harmonic | None = None
+    #: A `Harmonic`, whose file imports this one; or a pair, as the speed.
+    slider_vibration: Harmonic | Any | None = None
     beside: int | None = None
 
     def __post_init__(self) -> None:

@@ -372,7 +372,7 @@ def mass_on_belt_in_plane(
         normal_force=normal_force,
         friction=friction,
         static_friction=static_friction,
-        slider_speed=pair("slider_speed", speeds),  # type: ignore[arg-type]
+        slider_speed=pair("slider_speed", speeds),
         name="belt",
     )
     return Scene(
