@@ -481,3 +481,13 @@ def test_it_fits_a_narrow_window(opened, width):
     sliders = page.locator("aside").bounding_box()
     assert sliders["y"] >= 0
     assert sliders["y"] + sliders["height"] < 0.5 * 740
+
+
+def test_slip_in_a_plane_is_drawn(opened):
+    """Its status has a line style and a hatching of its own, and the page shows no error."""
+    scene = ss.models.mass_on_belt_in_plane(static_friction=0.6)
+    case = ss.Case(scene, {"velocity": {"x": 0.5, "y": 0.3}}, {"duration": 5.0})
+    with ss.explore(case) as served:
+        page = opened(served.url)
+        assert [one["letter"] for one in page.evaluate("scene.statuses")] == ["+", "-", "s", "d", "o"]
+        assert shade(page.locator("#portraits .stage").first).std() > 1.0

@@ -112,6 +112,7 @@ class Explored:
                     "hatch": HATCHES[letter],
                 }
                 for letter in COLOURS
+                if letter != "o" or scene.core.has_planes
             ],
             "colours": {"stable": STABLE, "unstable": UNSTABLE},
         }

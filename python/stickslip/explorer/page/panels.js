@@ -17,7 +17,7 @@ function worksOf({ name, parts }) {
   const [factor, unit] = workUnit(Math.max(...works.map(([, work]) => Math.abs(work)), 0));
   return `${name}: ${works.map(([part, work]) => `${part} ${shown(work * factor, 3)}`).join(", ")} ${unit}`;
 }
-const DASHES = { "-": [], "-.": [7, 3, 1.5, 3], ":": [2, 2], "--": [7, 4] };
+const DASHES = { "-": [], "-.": [7, 3, 1.5, 3], ":": [2, 2], "--": [7, 4] }, LONG = [10, 2];
 // Codes of the statuses that a click in the legend took out of the portraits.
 const hidden = new Set();
 
@@ -86,7 +86,8 @@ function hatchOf(code) {
     tile.width = tile.height = 8;
     const ctx = tile.getContext("2d");
     ctx.strokeStyle = ctx.fillStyle = "#fff"; ctx.lineWidth = 1.2;
-    if (kind === ".") for (const [x, y] of [[2, 2], [6, 6]]) { ctx.beginPath(); ctx.arc(x, y, 0.9, 0, 7); ctx.fill(); }
+    const round = { ".": 0.9, "o": 1.7 }[kind];
+    if (round) for (const [x, y] of [[2, 2], [6, 6]]) { ctx.beginPath(); ctx.arc(x, y, round, 0, 7); ctx[kind === "o" ? "stroke" : "fill"](); }
     else for (const shift of [-8, 0, 8]) {
       ctx.beginPath(); ctx.moveTo(shift - 1, kind === "/" ? 9 : -1); ctx.lineTo(shift + 9, kind === "/" ? -1 : 9); ctx.stroke();
     }
@@ -240,7 +241,7 @@ function drawPortrait(plot, k, motion, way) {
     ctx.lineWidth = 2;
     for (const [code, first, last] of runsOf(motion, k)) {
       if (hidden.has(code)) continue;
-      ctx.strokeStyle = colourOf(code); ctx.setLineDash(DASHES[statusOf(code).style]); ctx.beginPath();
+      ctx.strokeStyle = colourOf(code); ctx.setLineDash(DASHES[statusOf(code).style] ?? LONG); ctx.beginPath();
       for (let i = first; i <= last; i++) ctx[i > first ? "lineTo" : "moveTo"](plot.X(u[i]), plot.Y(v[i]));
       ctx.stroke();
     }
