@@ -59,21 +59,21 @@ def test_a_puck_on_the_slope_of_its_friction_keeps_half_its_speed():
     np.testing.assert_allclose([vx, vy], [0.0, 1.0], atol=1e-12)
 
 
+def rotating_load() -> ss.Scene:
+    """Return a mass on springs under a load of 1 N that turns by 0.8 1/s, with friction of 0.3 N."""
+    loads = [
+        ss.Harmonic({"x": 1.0}, 0.8 / (2 * np.pi)),
+        ss.Harmonic({"y": 1.0}, 0.8 / (2 * np.pi), phase=-np.pi / 2),
+    ]
+    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.3)
+    return ss.Scene([1.0, 1.0], np.eye(2), 0.05 * np.eye(2), dofs=("x", "y"), loads=loads, contacts=[contact])
+
+
 def test_a_mass_under_a_rotating_load_goes_round_in_a_circle():
     rate, friction, damping = 0.8, 0.3, 0.05
     radius = 2.5437483730543945
     phase = np.angle((1.0 - rate**2) * radius + 1j * (damping * rate * radius + friction))
-    scene = ss.Scene(
-        mass=[1.0, 1.0],
-        stiffness=np.eye(2),
-        damping=damping * np.eye(2),
-        dofs=("x", "y"),
-        loads=[
-            ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
-            ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
-        ],
-        contacts=[ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=friction)],
-    )
+    scene = rotating_load()
     place = radius * np.array([np.cos(phase), -np.sin(phase)])
     start = ss.State(place, rate * np.array([-place[1], place[0]]), "oo")
     run = ss.simulate(scene, 2 * np.pi / rate, start)
@@ -191,14 +191,7 @@ def test_an_onset_without_a_drop_of_friction_takes_few_panels():
 def test_the_multipliers_of_a_circle_under_a_rotating_load_are_those_of_its_closed_form():
     """In the frame that turns with the load the linearisation is constant; each exponent is one of a pair."""
     rate = 0.8
-    loads = [
-        ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
-        ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
-    ]
-    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.3)
-    scene = ss.Scene(
-        [1.0, 1.0], np.eye(2), 0.05 * np.eye(2), dofs=("x", "y"), loads=loads, contacts=[contact]
-    )
+    scene = rotating_load()
     start = ss.State([2.5, 0.0], [0.0, 2.0], "oo")
     cycle = ss.simulate(scene, 300.0, start).limit_cycle(further=1000.0)
     exponents = [-0.0617497258749691 + 1.79686029855597j, -0.0619603949790288 + 0.195468183464513j]

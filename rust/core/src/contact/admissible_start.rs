@@ -180,17 +180,16 @@ fn check_in_plane(
     u: &[f64],
 ) -> Result<(), Error> {
     let law = &scene.contacts[contact];
-    let slips = u[law.tangential] != law.slider_speed || u[plane.tangential] != plane.slider_speed;
     let forces = [law.tangential, plane.tangential].map(|row| reaction(scene, row));
     let required = forces.each_ref().map(|force| force.value(q, u));
     let required = required[0].hypot(required[1]);
-    let limit = -law.static_friction * scene.force[law.normal];
+    let [_, limit] = scene.limits_in_plane(contact);
     let size: f64 = forces.iter().map(|force| force.magnitude(q, u)).sum();
     let tolerance = START_TOLERANCE * (limit + size);
     // Friction of slip counts as a load in this scene.
     let holds = match status {
         Status::Sticking => required <= limit + tolerance,
-        _ => slips || required >= limit - tolerance,
+        _ => law.slips_in(plane, u) || required >= limit - tolerance,
     };
     let (argument, quantity) = ("state", "required friction force at slip velocity 0");
     let violated = || {

@@ -52,7 +52,6 @@ impl ContactForces {
             let normal = scene.reaction_value(law.normal, q, u);
             let friction = match status {
                 Status::Sticking => scene.reaction_value(law.tangential, q, u),
-                Status::Slipping => 0.0,
                 _ => status.friction_sign() * law.friction * normal,
             };
             (normal, friction)

@@ -178,8 +178,8 @@ fn of_contact(
             slip.into_iter().chain(release).collect()
         }
         Status::Sticking if law.plane.is_some() => {
-            let limit = -law.static_friction * scene.force[law.normal];
-            vec![EventFunction { cone: Some(limit), ..function(EventKind::Slip, friction) }]
+            let cone = Some(scene.limits_in_plane(contact)[1]);
+            vec![EventFunction { cone, ..function(EventKind::Slip, friction) }]
         }
         Status::Slipping => Vec::new(),
         Status::Sticking => {

@@ -83,8 +83,8 @@ pub(crate) fn settle(
             // The first direction settles both.
             let touched = trigger.is_some() || impact || switched || jump;
             if contact < plane.beside && touched {
-                let (after, departure) = settle_in_plane(scene, contact, plane, trigger, q, u);
-                settlement.record(contact, trigger, after, departure);
+                let after = settle_in_plane(scene, contact, plane, trigger, q, u);
+                settlement.record(contact, trigger, after, Departure::None);
                 settlement.statuses[plane.beside] = after;
             }
             continue;
@@ -186,7 +186,7 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     sum.abs() <= NODE_ROUNDING * size
 }
 
-/// Status and departure of a contact in a plane, of which both directions have the same.
+/// The status of a contact in a plane, which both directions have.
 fn settle_in_plane(
     scene: &Scene,
     contact: usize,
@@ -194,15 +194,14 @@ fn settle_in_plane(
     trigger: Option<EventKind>,
     q: &[f64],
     u: &[f64],
-) -> (Status, Departure) {
+) -> Status {
     let law = &scene.contacts[contact];
-    let slips = u[law.tangential] != law.slider_speed || u[plane.tangential] != plane.slider_speed;
     let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
-    let limit = -law.static_friction * scene.force[law.normal];
-    if slips || trigger == Some(EventKind::Slip) || required[0].hypot(required[1]) > limit {
-        (Status::Slipping, Departure::None)
-    } else {
-        (Status::Sticking, Departure::None)
+    let [_, limit] = scene.limits_in_plane(contact);
+    let exceeds = required[0].hypot(required[1]) > limit;
+    match law.slips_in(plane, u) || trigger == Some(EventKind::Slip) || exceeds {
+        true => Status::Slipping,
+        false => Status::Sticking,
     }
 }
 

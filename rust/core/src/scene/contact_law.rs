@@ -196,6 +196,11 @@ impl Contact {
         }
     }
 
+    /// Whether it slips in a plane along either direction.
+    pub(crate) fn slips_in(&self, plane: Plane, u: &[f64]) -> bool {
+        u[self.tangential] != self.slider_speed || u[plane.tangential] != plane.slider_speed
+    }
+
     /// Whether it can have a status.
     pub(crate) fn admits(&self, status: Status) -> bool {
         match self.plane {

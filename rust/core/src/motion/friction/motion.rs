@@ -10,7 +10,7 @@ use crate::contact::functional::Functional;
 use crate::error::run::LawEnd;
 use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::plane::{CONSTANT, PlaneSeries};
-use crate::motion::friction::series::coefficients::{UNIT, scale, size};
+use crate::motion::friction::series::coefficients::{UNIT, lowest, scale};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::friction::series::law_series::LawSeries;
@@ -122,14 +122,6 @@ impl Coupling {
         let loaded = DVector::from_column_slice(normals) + response * forces;
         (&self.inverse * loaded).as_slice().to_vec()
     }
-}
-
-/// `c_0 + sum min(c_k, 0)`, below the polynomial on [0, 1].
-pub(super) fn lowest(coefficients: &[f64; COEFFICIENTS]) -> f64 {
-    // The comparison, unlike `min`, is one instruction for several numbers.
-    let mut negative = coefficients.map(|c| if c < 0.0 { c } else { 0.0 });
-    negative[0] = 0.0;
-    coefficients[0] - size(&negative)
 }
 
 /// One phase by Taylor series of the nonlinear equation of motion.

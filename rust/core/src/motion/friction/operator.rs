@@ -220,7 +220,7 @@ impl LawOperator {
                 contacts: [first, second],
                 coordinates,
                 slider: [first, second].map(|contact| scene.contacts[contact].slider_speed),
-                limit: scene.limit_in_plane(first),
+                limit: scene.limits_in_plane(first)[0],
                 mass: coordinates.map(|k| own.mass.get(k, k)),
                 force_norm: along.1.max(across.1),
                 slip_norm: taylor.dual_norm(own, &velocity),

@@ -23,9 +23,10 @@
 //! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
 //! with r until R is constant over that time to rounding; the last one takes w to zero at a constant rate.
 
-use crate::motion::friction::series::coefficients::{UNIT, scale, size};
+use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::scene::friction::decay::product;
 use crate::scene::model::Scene;
 
 /// Difference of `|R|` and `mu N`, relative to that, below which slip begins without a drop of friction.
@@ -181,6 +182,12 @@ impl PlaneContact {
         Self::turned_back(direction, [0.0, -self.limit * across / speed])
     }
 
+    /// The force across a direction that accelerations along and across it take.
+    fn force_across(&self, direction: [f64; 2], [along, across]: [f64; 2]) -> f64 {
+        let [_, of_across, of_both] = self.masses(direction);
+        of_across * across + of_both * along
+    }
+
     /// Masses along, across, and between both, in the frame of a direction.
     fn masses(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let [m, n] = self.mass;
@@ -329,12 +336,11 @@ impl PlaneSeries {
 
     /// Takes the force across e_0 from `w = a (1, t)`; its change, and how far w begins from there.
     pub(super) fn improve(&mut self, one: &PlaneContact, width: f64) -> [f64; 2] {
-        let [_, of_across, of_both] = one.masses(self.direction);
         let mut change = 0.0;
         for k in 0..DEGREE {
             let moved = convolved(&self.ratio, &self.slip[0], k + 1, [0, 0]);
-            let force =
-                (k + 1) as f64 / width * (of_across * moved + of_both * self.slip[0][k + 1]);
+            let taken = one.force_across(self.direction, [self.slip[0][k + 1], moved]);
+            let force = (k + 1) as f64 / width * taken;
             change += (force - self.pull[k]).abs();
             self.pull[k] = force;
         }
@@ -450,15 +456,14 @@ impl PlaneSeries {
             part
         };
         let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
-        let least = a[0] - a[1..].iter().map(|c| (-c).max(0.0)).sum::<f64>();
+        let least = lowest(&a);
         if !(least > 0.0) {
             return [f64::INFINITY; 3];
         }
         let first = COEFFICIENTS - power;
         let of_ratio = beyond(&self.ratio, &a, first) / least;
         // c^2 (1 + t^2) - 1
-        let mut both = [0.0; COEFFICIENTS];
-        (0..COEFFICIENTS).for_each(|k| both[k] = convolved(&self.along, &self.along, k, [0, 0]));
+        let both = product(&self.along, &self.along);
         let of_square = beyond(&self.ratio, &self.ratio, COEFFICIENTS);
         let [sized, squared] = [size(&both), size(&self.square)];
         let root = beyond(&both, &self.square, COEFFICIENTS)
@@ -477,18 +482,18 @@ impl PlaneSeries {
     /// series is near it.
     fn error_of_following(&self, one: &PlaneContact, units: f64, width: f64) -> [f64; 3] {
         let [a, b] = &self.slip;
-        let least = a[0] - a[1..].iter().map(|c| (-c).max(0.0)).sum::<f64>();
-        if !(least > 0.0 && self.along[0] > 0.5) {
+        if !(lowest(a) > 0.0 && self.along[0] > 0.5) {
             return [f64::INFINITY; 3];
         }
-        let [_, of_across, of_both] = one.masses(self.direction);
+        let [_, of_across, _] = one.masses(self.direction);
         let (mut defect, mut apart) = (0.0, 0.0);
         for k in 0..COEFFICIENTS {
             let moved = convolved(&self.ratio, a, k, [0, 0]);
             apart += (b[k] - moved).abs();
             if k > 0 {
                 let rate = k as f64 / width;
-                defect += (rate * (of_across * moved + of_both * a[k]) - self.pull[k - 1]).abs();
+                let taken = one.force_across(self.direction, [a[k], moved]);
+                defect += (rate * taken - self.pull[k - 1]).abs();
             }
         }
         let rate = 2.0 * COEFFICIENTS as f64 / width;
@@ -594,9 +599,6 @@ impl PlaneSeries {
     }
 
     pub(super) fn slopes(&self) -> PlaneSlopes {
-        let product = |a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]| {
-            std::array::from_fn(|k| convolved(a, b, k, [0, 0]))
-        };
         let cube = product(&product(&self.along, &self.along), &self.along);
         PlaneSlopes { turned: product(&self.ratio, &cube), cube }
     }
@@ -667,9 +669,7 @@ impl PlaneSeries {
             [-along_known - slopes.turned[0] * ratio[k], across_known + slopes.cube[0] * ratio[k]];
         PlaneContact::turned_back(self.direction, turned).map(|part| -one.limit * part)
     }
-}
 
-impl PlaneSeries {
     /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
     pub(super) fn relaxed(&self, own: &PlaneNeighbour, slip: [f64; 2], width: f64) -> [f64; 2] {
         if !self.follows() {
@@ -692,12 +692,12 @@ impl PlaneSeries {
             return 0.0;
         }
         let PlaneNeighbour { slip, ratio, pull } = neighbour;
-        let [_, of_across, of_both] = one.masses(self.direction);
         let (mut change, mut size) = (0.0, 0.0);
         for k in 0..DEGREE {
             let moved = convolved(&self.ratio, &slip[0], k + 1, [0, 0])
                 + convolved(ratio, &self.slip[0], k + 1, [0, 0]);
-            let force = (k + 1) as f64 / width * (of_across * moved + of_both * slip[0][k + 1]);
+            let taken = one.force_across(self.direction, [slip[0][k + 1], moved]);
+            let force = (k + 1) as f64 / width * taken;
             change += (force - pull[k]).abs();
             size += one.limit * ratio[k].abs() + force.abs();
             pull[k] = force;

@@ -52,11 +52,10 @@ impl Scene {
 
     /// A contact in a plane along whose directions the masses differ.
     pub(crate) fn unlike_masses_in_planes(&self) -> Option<usize> {
-        let mass = |contact: usize| {
-            let k = self.contacts[contact].tangential;
-            self.mass.get(k, k)
-        };
-        self.planes().find(|&[first, second]| mass(first) != mass(second)).map(|[first, _]| first)
+        let mass = |k: usize| self.mass.get(k, k);
+        self.contacts.iter().position(|law| {
+            law.plane.is_some_and(|plane| mass(law.tangential) != mass(plane.tangential))
+        })
     }
 
     /// The planes in which contacts of a combination slip with friction.
@@ -68,10 +67,10 @@ impl Scene {
         self.planes().filter(move |&[first, _]| slips(first) && self.contacts[first].friction > 0.0)
     }
 
-    /// `mu N`
-    pub(crate) fn limit_in_plane(&self, contact: usize) -> f64 {
+    /// `mu N` and `mu_static N`
+    pub(crate) fn limits_in_plane(&self, contact: usize) -> [f64; 2] {
         let law = &self.contacts[contact];
-        -law.friction * self.force[law.normal]
+        [law.friction, law.static_friction].map(|mu| -mu * self.force[law.normal])
     }
 
     /// The friction forces in a plane with their tangential coordinates, at slip velocities; none at rest.
@@ -81,7 +80,7 @@ impl Scene {
             (law.tangential, u[law.tangential] - law.slider_speed)
         });
         let speed = along[0].1.hypot(along[1].1);
-        let limit = self.limit_in_plane(first);
+        let [limit, _] = self.limits_in_plane(first);
         along.map(|(k, w)| (k, if speed == 0.0 { 0.0 } else { -limit * w / speed }))
     }
 
@@ -112,7 +111,7 @@ impl Scene {
                 (along.tangential, -across.slider_speed / speed),
                 (across.tangential, along.slider_speed / speed),
             ];
-            (self.limit_in_plane(contacts[0]) / speed, direction)
+            (self.limits_in_plane(contacts[0])[0] / speed, direction)
         };
         let dampers: Vec<_> = self.slipping_in_planes(combination).map(damper).collect();
         let added = SparseMatrix::of_springs(self.size, &dampers);
