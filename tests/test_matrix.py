@@ -265,7 +265,7 @@ RECURRING = (
         "harmonic load",
         "vibrating slider",
     ),
-    *("two subsystems", "cubic spring", "elastic stop"),
+    *("two subsystems", "cubic spring", "elastic stop", "plane that opens"),
 )
 #: Views, kinds, and what the refusal says of them.
 REFUSALS = [
@@ -347,4 +347,4 @@ def test_every_kind_is_seen_through_every_view(kind, view, folders):
 def test_the_cells_are_counted():
     cells = {(kind, view) for kind in KINDS for view in VIEWS}
     assert cells > set(REFUSED)
-    assert (len(cells), len(REFUSED)) == (1540, 137)
+    assert (len(cells), len(REFUSED)) == (1595, 138)

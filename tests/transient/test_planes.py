@@ -82,6 +82,7 @@ def test_a_mass_under_a_rotating_load_goes_round_in_a_circle():
     balance = run.balance()
     turn = 2 * np.pi * radius
     assert balance.contacts.work.to_numpy().sum() == pytest.approx(-friction * turn, rel=1e-14)
+    assert balance.contacts.wear.to_numpy().sum() == pytest.approx(turn, rel=1e-14)
     assert abs(balance.residual) < 1e-13
 
 
@@ -290,7 +291,7 @@ def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"normal": "z", "normal_force": None}, "a normal force that changes"),
+        ({"normal": "z", "normal_force": None, "normal_stiffness": 1e3}, "normal_stiffness"),
         ({"friction": 0.0}, "> 0 in a plane"),
         ({"slider_speed": 0.1}, "expected a pair"),
         ({"tangential_stiffness": 1e3}, "a tangential_stiffness"),

@@ -164,7 +164,8 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
             "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
             " are compliant; state it as a matrix to differentiate"
         )
-    loaded = any(isinstance(one.friction, FrictionLaw) and one.normal is not None for one in scene.contacts)
+    varies = (isinstance(one.friction, FrictionLaw) or one.beside is not None for one in scene.contacts)
+    loaded = any(one.normal is not None and slope for one, slope in zip(scene.contacts, varies, strict=True))
     if scene.elements and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also moves the rest, and with it the slope of springs; differentiate a"

@@ -53,10 +53,11 @@ class Contact:
     tangential
         Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: the contact is a stop.
         A pair of directions, ``("x", "y")``, perpendicular to each other in the plane of the contact, is
-        friction in a plane under a `normal_force`: the friction force opposes the slip velocity
+        friction in a plane: the friction force opposes the slip velocity
         ``w = (t_x . x' - v_x, t_y . x' - v_y)``, ``T = -friction N w / |w|``, and the contact sticks while
         ``|T| <= static_friction N``. A scene lists it as two contacts, one along each direction, whose
-        letters are both ``o`` (it slips) or both ``s``.
+        letters are both ``o`` (it slips), both ``s``, or both ``d`` (it is open). The first one has the
+        normal direction, and both have its gap and its normal force.
     normal
         Direction n, which points from the slider to the structure; the gap is ``n . x + gap`` >= 0, m. None:
         the contact has friction under `normal_force`.
@@ -196,7 +197,10 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
                 name=None if contact.name is None else f"{contact.name}_{label}",
                 beside=first[k] + 1 - place,
             )
-            found.append(one)
+            # The first direction has what belongs to the normal one.
+            found.append(
+                one if place == 0 else dataclasses.replace(one, normal=None, gap=0.0, restitution=0.0)
+            )
     return tuple(found)
 
 
@@ -226,7 +230,7 @@ OF_LAW = "friction_"
 def concerns(field: str, contact: Contact) -> bool:
     """Return whether a field of the law is about a contact: it has the directions that the field needs."""
     if field == "normal_force":
-        return contact.normal is None
+        return contact.normal is None and (contact.beside is None or contact.normal_force is not None)
     if field in SPRINGS:
         return getattr(contact, field) is not None
     if field.startswith(OF_LAW):
@@ -262,7 +266,7 @@ def letters_of(contact: Contact) -> str:
     if contact.tangential is None:
         return "+d"
     if contact.beside is not None:
-        return "os"
+        return "os" if contact.normal_force is not None else "osd"
     return "+-" + ("s" if contact.holding > 0.0 else "") + ("" if contact.normal is None else "d")
 
 

@@ -183,7 +183,7 @@ fn check_in_plane(
     let forces = [law.tangential, plane.tangential].map(|row| reaction(scene, row));
     let required = forces.each_ref().map(|force| force.value(q, u));
     let required = required[0].hypot(required[1]);
-    let [_, limit] = scene.limits_in_plane(contact);
+    let limit = law.static_friction * scene.reaction_value(law.normal, q, u);
     let size: f64 = forces.iter().map(|force| force.magnitude(q, u)).sum();
     let tolerance = START_TOLERANCE * (limit + size);
     // Friction of slip counts as a load in this scene.

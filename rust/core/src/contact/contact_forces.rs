@@ -52,7 +52,7 @@ impl ContactForces {
             let normal = scene.reaction_value(law.normal, q, u);
             let friction = match status {
                 Status::Sticking => scene.reaction_value(law.tangential, q, u),
-                _ => status.friction_sign() * law.friction * normal,
+                _ => law.friction_along(status) * law.friction * normal,
             };
             (normal, friction)
         };
@@ -102,9 +102,6 @@ pub(crate) fn contact_forces_in(
     for (contact, force) in forces.iter_mut().enumerate() {
         if let Some(own) = scene.of_state(contact, u) {
             force.1 = own.friction;
-        }
-        if combination.statuses()[contact] == Status::Slipping {
-            force.1 = scene.slip_force(contact, u);
         }
     }
     forces

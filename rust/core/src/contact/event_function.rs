@@ -6,6 +6,7 @@
 //! | `+` / `-` by a law without mass | `abs(T) - mu(0) N` | slip velocity zero |
 //! | `+` / `-` | N | normal force zero |
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
+//! | `o` | N | normal force zero |
 //! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
 //! | `d` | g | gap closes |
 //!
@@ -31,9 +32,18 @@ pub(crate) struct EventFunction {
     /// The contact forces of which it is a sum, as (row, weight): T of contact i has row 2 i, N has row 2 i + 1. Empty where it
     /// is a gap or a slip velocity.
     pub forces: Vec<(usize, f64)>,
-    /// Of a contact that sticks in a plane: the functional is T along its direction, and the event function
-    /// `limit^2 - T_x^2 - T_y^2` stands for both directions.
-    pub cone: Option<f64>,
+    /// Of contacts that stick in a plane: the functional is a part of `(mu_static N)^2 - T_x^2 - T_y^2`, which is the event
+    /// function of both directions.
+    pub cone: Option<ConePart>,
+}
+
+/// What an event function of a contact that sticks in a plane stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ConePart {
+    /// T along the direction of the contact.
+    Force,
+    /// `mu_static N`
+    Limit,
 }
 
 impl EventFunction {
@@ -177,10 +187,18 @@ fn of_contact(
             });
             slip.into_iter().chain(release).collect()
         }
-        Status::Sticking if law.plane.is_some() => {
-            let cone = Some(scene.limits_in_plane(contact)[1]);
-            vec![EventFunction { cone, ..function(EventKind::Slip, friction) }]
+        Status::Sticking if let Some(plane) = law.plane => {
+            let part = |part, functional| EventFunction {
+                cone: Some(part),
+                ..function(EventKind::Slip, functional)
+            };
+            let limit = part(ConePart::Limit, normal.scaled(law.static_friction));
+            let force = part(ConePart::Force, friction);
+            if contact < plane.beside { vec![force, limit] } else { vec![force] }
         }
+        // Both directions of a plane open and close at once.
+        _ if law.shares_normal() => Vec::new(),
+        Status::Slipping if law.opens() => vec![function(EventKind::Release, normal)],
         Status::Slipping => Vec::new(),
         Status::Sticking => {
             let limit = law.static_friction;

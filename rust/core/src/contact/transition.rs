@@ -9,6 +9,7 @@ use crate::contact::settlement::{
 };
 use crate::error::run::RunFailure;
 use crate::scene::contact_law::{Contact, Directions, Plane};
+use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -81,10 +82,10 @@ pub(crate) fn settle(
         let law = &scene.contacts[contact];
         if let Some(plane) = law.plane {
             // The first direction settles both.
-            let touched = trigger.is_some() || impact || switched || jump;
+            let touched = trigger.is_some() || (impact || switched || jump) && before.is_closed();
             if contact < plane.beside && touched {
-                let after = settle_in_plane(scene, contact, plane, trigger, q, u);
-                settlement.record(contact, trigger, after, Departure::None);
+                let (after, departure) = settle_in_plane(scene, contact, plane, trigger, q, u);
+                settlement.record(contact, trigger, after, departure);
                 settlement.statuses[plane.beside] = after;
             }
             continue;
@@ -186,7 +187,7 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     sum.abs() <= NODE_ROUNDING * size
 }
 
-/// The status of a contact in a plane, which both directions have.
+/// The status of a contact in a plane, which both directions have, and its departure.
 fn settle_in_plane(
     scene: &Scene,
     contact: usize,
@@ -194,14 +195,23 @@ fn settle_in_plane(
     trigger: Option<EventKind>,
     q: &[f64],
     u: &[f64],
-) -> Status {
+) -> (Status, Departure) {
     let law = &scene.contacts[contact];
+    if trigger == Some(EventKind::Release) {
+        return (Status::Detached, Departure::Gap(3));
+    }
+    if trigger == Some(EventKind::Impact) && u[law.normal] > 0.0 {
+        return (Status::Detached, Departure::Gap(1));
+    }
+    let normal_force = scene.reaction_value(law.normal, q, u);
+    if normal_force < 0.0 {
+        return (Status::Detached, Departure::Gap(2));
+    }
     let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
-    let [_, limit] = scene.limits_in_plane(contact);
-    let exceeds = required[0].hypot(required[1]) > limit;
+    let exceeds = required[0].hypot(required[1]) > law.static_friction * normal_force;
     match law.slips_in(plane, u) || trigger == Some(EventKind::Slip) || exceeds {
-        true => Status::Slipping,
-        false => Status::Sticking,
+        true => (Status::Slipping, Departure::None),
+        false => (Status::Sticking, Departure::None),
     }
 }
 
@@ -211,7 +221,16 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     let law = &scene.contacts[contact];
     let approach = u[law.normal];
     u[law.normal] = -law.restitution * approach;
-    if scene.impact_friction {
+    if let Some(plane) = law.plane.filter(|_| scene.impact_friction) {
+        let limit = law.friction * (1.0 + law.restitution) * approach.abs();
+        let limit = limit * scene.mass.get(law.normal, law.normal);
+        let coordinates = [law.tangential, plane.tangential];
+        let mass = coordinates.map(|k| scene.mass.get(k, k));
+        let sliders = [law.slider_speed, plane.slider_speed];
+        let momentum = [0, 1].map(|i| mass[i] * (u[coordinates[i]] - sliders[i]));
+        let (speed, direction) = beyond_limit(mass, limit, momentum).unwrap_or_default();
+        (0..2).for_each(|i| u[coordinates[i]] = sliders[i] + speed * direction[i]);
+    } else if scene.impact_friction {
         let normal_mass = scene.mass.get(law.normal, law.normal);
         let tangential_mass = scene.mass.get(law.tangential, law.tangential);
         let friction = scene.friction_at(contact, u);

@@ -74,9 +74,12 @@ pub(crate) fn add_impacts(
             let force = moving.force[row] - moving.stiffness.row_dot(row, &middle);
             force * (position[row] - q[row])
         };
+        // Both directions of a plane strike at once, and the normal impulse counts with the first.
+        let shares = law.shares_normal();
+        let striking = law.plane.filter(|_| shares).map_or(contact, |plane| plane.beside);
         let struck = trajectory
             .events_at(phase)
-            .any(|event| event.contact == contact && event.kind == EventKind::Impact);
+            .any(|event| event.contact == striking && event.kind == EventKind::Impact);
         // Where mass couples contacts, every closed one may take an impulse.
         if !(struck || jumped || coupled && (p_n, p_t) != (0.0, 0.0)) {
             continue;
@@ -85,7 +88,7 @@ pub(crate) fn add_impacts(
         impacts.push(ImpactWork {
             time,
             contact,
-            normal: -p_n * mean(law.normal) + reset(law.normal),
+            normal: if shares { 0.0 } else { -p_n * mean(law.normal) + reset(law.normal) },
             slider: p_t * (law.slider_speed + slider_vibration(law, u, &rest)),
             friction: -p_t * (mean(law.tangential) - law.slider_speed) + slid,
         });

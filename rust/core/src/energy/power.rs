@@ -12,7 +12,8 @@
 //! reduced equation of motion, in which no contact force appears; the right side from the contact forces:
 //! their agreement is a check. The contact power is the power on the structure, `T_i v_i` from the slider
 //! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`. Where v_i vibrates, it is the whole speed of the slider.
-//! F holds the loads in time. By Archard's law a contact wears as the integral of its *wear power* `N_i |s_i|`.
+//! F holds the loads in time. By Archard's law a contact wears as the integral of its *wear power* `N_i |s_i|`,
+//! in a plane of `N |w|`, of which a direction has the part `N w_i^2 / |w|`.
 
 use crate::contact::contact_forces::ContactForces;
 use crate::error::input::Error;
@@ -43,7 +44,7 @@ pub struct EnergySample {
     pub contact: Vec<f64>,
     /// T_i v_i, one column per contact.
     pub slider: Vec<f64>,
-    /// N_i |s_i|, one column per contact.
+    /// N_i |s_i|, one column per contact; in a plane N w_i^2 / |w|.
     pub wear: Vec<f64>,
     /// Combination of each instant.
     pub combination: Vec<Combination>,
@@ -146,7 +147,11 @@ pub(crate) fn contact_powers<'a>(
         move |((normal, friction), (contact, law))| ContactPower {
             structure: friction * rest[law.tangential] + stored(contact),
             slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
-            wear: normal * (u[law.tangential] - law.slider_speed).abs(),
+            wear: match law.plane {
+                None => normal * (u[law.tangential] - law.slider_speed).abs(),
+                // N |w| by its parts along both directions.
+                Some(_) => -friction * (u[law.tangential] - law.slider_speed) / law.friction,
+            },
         },
     )
 }

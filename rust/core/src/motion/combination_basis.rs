@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::contact::event_function::{EventFunction, event_functions};
+use crate::contact::event_function::{ConePart, EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::{exhaustions, of_phase};
 use crate::error::input::Error;
@@ -136,7 +136,7 @@ impl CombinationBasis {
             let operator = LawOperator::new(scene, combination, &functions)?;
             (Propagator::Law(Box::new(operator)), left)
         } else if let Some(cone) = cones.first().filter(|_| wanted == Wanted::Modes) {
-            let contact = functions[cone.functions[0]].contact;
+            let contact = functions[cone.limit].contact;
             return Err(Error::Plane { contact, reason: "method='modal'; use 'auto'" });
         } else if wanted == Wanted::Series
             || !cones.is_empty()
@@ -271,12 +271,12 @@ impl CombinationBasis {
 
 /// The pairs of event functions of contacts that stick in planes.
 fn cones_of(scene: &Scene, functions: &[EventFunction]) -> Vec<Cone> {
-    let place = |contact: usize| {
-        functions.iter().position(|one| one.contact == contact && one.cone.is_some())
+    let place = |contact: usize, part: ConePart| {
+        functions.iter().position(|one| one.contact == contact && one.cone == Some(part))
     };
     let planes = scene.planes().filter_map(|[first, second]| {
-        let functions_of = [place(first)?, place(second)?];
-        Some(Cone { functions: functions_of, limit: functions[functions_of[0]].cone? })
+        let forces = [place(first, ConePart::Force)?, place(second, ConePart::Force)?];
+        Some(Cone { forces, limit: place(first, ConePart::Limit)? })
     });
     planes.collect()
 }

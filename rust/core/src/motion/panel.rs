@@ -20,11 +20,11 @@ pub(super) fn rounding(operations: usize, panels: u32) -> f64 {
     0.5 * f64::EPSILON * (operations + PER_PANEL * panels as usize) as f64
 }
 
-/// The event functions of both directions of a contact that sticks in a plane, and `mu_static N`.
+/// The event functions of a contact that sticks in a plane: the forces along both directions, and `mu_static N`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cone {
-    pub functions: [usize; 2],
-    pub limit: f64,
+    pub forces: [usize; 2],
+    pub limit: usize,
 }
 
 /// Event functions on one stretch of time `[start, start + width]`, as polynomials in
@@ -62,21 +62,17 @@ impl Panel {
         self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
     }
 
-    /// Forms `limit^2 - T_x^2 - T_y^2` from both forces of contacts that stick in planes, in place of the first; the second one stands
+    /// Forms `(mu_static N)^2 - T_x^2 - T_y^2` of contacts that stick in planes, in place of the first force; the other functions stand
     /// for nothing then.
     pub(super) fn form_cones(&mut self, cones: &[Cone]) {
-        for &Cone { functions: [first, second], limit } in cones {
-            let factors = [first, second].map(|function| {
-                let row = *self.row(function);
-                (row, row.iter().map(|c| c.abs()).sum::<f64>(), self.error[function])
-            });
+        for &Cone { forces: [first, second], limit } in cones {
             let mut cone = [0.0; COEFFICIENTS];
-            cone[0] = limit * limit;
-            let (mut beyond, mut error) = (0.0, 0.0);
-            let mut largest = cone[0];
-            for (row, size, off) in &factors {
+            let (mut beyond, mut error, mut largest) = (0.0, 0.0, 0.0);
+            for (function, sign) in [(limit, 1.0), (first, -1.0), (second, -1.0)] {
+                let (row, off) = (*self.row(function), self.error[function]);
+                let size: f64 = row.iter().map(|c| c.abs()).sum();
                 for (k, c) in cone.iter_mut().enumerate() {
-                    *c -= (0..=k).map(|i| row[i] * row[k - i]).sum::<f64>();
+                    *c += sign * (0..=k).map(|i| row[i] * row[k - i]).sum::<f64>();
                 }
                 for k in COEFFICIENTS..2 * COEFFICIENTS - 1 {
                     let low = k + 1 - COEFFICIENTS;
@@ -89,7 +85,8 @@ impl Panel {
             let least = cone[0] + cone[1..].iter().map(|c| c.min(0.0)).sum::<f64>();
             *self.row(first) = cone;
             (self.error[first], self.curvature_error[first]) = (error, error);
-            (self.excluded[first], self.excluded[second]) = (least > error, true);
+            self.excluded[first] = least > error;
+            (self.excluded[second], self.excluded[limit]) = (true, true);
         }
     }
 

@@ -74,7 +74,8 @@ pub struct ContactInput {
     pub springs: Springs,
     /// A state in place of Coulomb friction: `friction` and `static_friction` are 0, and the normal force is given.
     pub state: Option<ContactState>,
-    /// Of friction in a plane: the contact along the other direction, with the same numbers but its own slider speed.
+    /// Of friction in a plane: the contact along the other direction, with the same coefficients but its own slider speed. Both have
+    /// the same `normal_force`, or one of them has the normal direction, and what belongs to that, for both.
     pub beside: Option<usize>,
 }
 
@@ -106,7 +107,8 @@ pub enum Directions {
     Both,
     /// A stop: statuses `+` (closed) and `d`.
     Normal,
-    /// Friction under a given normal force: statuses `+`, `-` and `s`; in a plane `o` and `s`.
+    /// Friction under a given normal force: statuses `+`, `-` and `s`; in a plane `o` and `s`, and `d` under that of the
+    /// other direction.
     Tangential,
 }
 
@@ -155,9 +157,18 @@ pub struct Plane {
     /// Its tangential coordinate, and the speed of the slider along it, m/s.
     pub tangential: usize,
     pub slider_speed: f64,
+    /// Whether their normal force is not given, so that both open at once.
+    pub opens: bool,
+    /// The component of the direction of slip along the own direction, where this is given.
+    pub along: Option<f64>,
 }
 
 impl Contact {
+    /// Whether its normal coordinate is that of the contact along the other direction of its plane.
+    pub(crate) fn shares_normal(&self) -> bool {
+        self.directions == Directions::Tangential && self.plane.is_some_and(|plane| plane.opens)
+    }
+
     /// The gap at positions q, m.
     pub(crate) fn gap_at(&self, q: &[f64]) -> f64 {
         q[self.normal] + self.gap
@@ -205,7 +216,18 @@ impl Contact {
     pub(crate) fn admits(&self, status: Status) -> bool {
         match self.plane {
             None => self.directions.admit(status),
-            Some(_) => matches!(status, Status::Slipping | Status::Sticking),
+            Some(plane) => match status {
+                Status::Slipping | Status::Sticking => true,
+                _ => plane.opens && status == Status::Detached,
+            },
+        }
+    }
+
+    /// T / (mu N) against slip in the given direction of a status.
+    pub(crate) fn friction_along(&self, status: Status) -> f64 {
+        match status {
+            Status::Slipping => -self.plane.and_then(|plane| plane.along).unwrap_or(0.0),
+            _ => status.friction_sign(),
         }
     }
 }
@@ -225,6 +247,8 @@ impl ContactInput {
         let without_tangential = "0 without a tangential direction";
         let without_normal = "0 without a normal direction";
         let (force, force_holds) = match given {
+            // Of friction in a plane the other direction may have the normal one.
+            true if self.beside.is_some() => (">= 0", self.normal_force >= 0.0),
             true => ("> 0 without a normal direction", self.normal_force > 0.0),
             false => ("0 with a normal direction", self.normal_force == 0.0),
         };
@@ -314,6 +338,12 @@ impl ContactInput {
         }
     }
 
+    /// Whether its normal force is that of the contact along the other direction of its plane.
+    pub(crate) fn shares_normal(&self, contacts: &[ContactInput]) -> bool {
+        let other = self.beside.and_then(|beside| contacts.get(beside));
+        self.normal.is_none() && other.is_some_and(|other| other.normal.is_some())
+    }
+
     /// Which directions it has, of the one at least that it must have.
     pub(crate) fn directions(&self) -> Directions {
         match (&self.tangential, &self.normal) {
@@ -375,20 +405,27 @@ pub(crate) fn check_planes(contacts: &[ContactInput]) -> Result<(), Error> {
         if beside == contact {
             return refused("itself as its other direction");
         }
-        if law.normal.is_some() || law.tangential.is_none() {
+        if law.tangential.is_none() {
+            return refused("a missing tangential direction");
+        }
+        let presses = |of: &ContactInput| of.normal.is_some() || of.normal_force > 0.0;
+        if law.normal.is_some() && presses(other) || !presses(law) && !presses(other) {
             return refused(
-                "a normal force that changes; state a normal_force in place of the normal direction",
+                "a normal direction, or a normal_force, that both directions or none of them states",
             );
         }
-        if law.springs.tangential.is_some() {
+        if law.springs.tangential.is_some() || law.springs.normal.is_some() {
             return refused(
-                "a tangential_stiffness; tie a dof with a small mass to the body by springs",
+                "a tangential_stiffness or normal_stiffness; tie a dof with a small mass to the body by springs",
             );
         }
         if law.state.is_some() {
             return refused("friction with a state");
         }
-        let numbers = |of: &ContactInput| [of.friction, of.static_friction, of.normal_force];
+        let given = law.normal.is_none() && other.normal.is_none();
+        let numbers = |of: &ContactInput| {
+            [of.friction, of.static_friction, if given { of.normal_force } else { 0.0 }]
+        };
         if numbers(law) != numbers(other) {
             return refused("another coefficient or normal force along its other direction");
         }

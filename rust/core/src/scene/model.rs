@@ -139,7 +139,8 @@ impl Scene {
         check_massless(&contacts, &coordinates)?;
         let mut force = coordinates.forces_of_dofs(&stated.force);
         for (contact, law) in contacts.iter().zip(&stated.contacts) {
-            if contact.directions == Directions::Tangential {
+            if contact.directions == Directions::Tangential && !law.shares_normal(&stated.contacts)
+            {
                 force[contact.normal] = -law.normal_force;
             }
         }
@@ -339,7 +340,9 @@ impl Scene {
     /// `P = M^-1 D (D' M^-1 D)^-1` by columns, (tangential, normal) of each contact, with D its directions: `P' r` are the
     /// contact forces f that add up to a load `r = D f`.
     pub fn contact_basis(&self) -> Vec<Vec<f64>> {
-        let slots = self.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
+        // Both directions of a plane share one normal force, which counts once.
+        let normal = |law: &Contact| if law.shares_normal() { self.size } else { law.normal };
+        let slots = self.contacts.iter().flat_map(|law| [law.tangential, normal(law)]);
         slots.map(|slot| self.over_dofs(self.coordinates.column(slot, self.size))).collect()
     }
 

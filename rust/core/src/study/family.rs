@@ -280,7 +280,9 @@ fn contact_number(field: Field) -> Option<ContactNumber> {
         Field::SliderSpeed => (SLIPPING, |law| Some(&mut law.slider_speed)),
         Field::Restitution => (CLOSING, |law| Some(&mut law.restitution)),
         Field::Gap => (CLOSING, |law| Some(&mut law.gap)),
-        Field::NormalForce => (&[Directions::Tangential], |law| Some(&mut law.normal_force)),
+        Field::NormalForce => (&[Directions::Tangential], |law| {
+            Some(&mut law.normal_force).filter(|force| **force > 0.0)
+        }),
         Field::NormalStiffness => (ALL, |law| law.springs.normal.as_mut()),
         Field::TangentialStiffness => (ALL, |law| law.springs.tangential.as_mut()),
         _ => return None,

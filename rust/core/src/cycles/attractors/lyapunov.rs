@@ -124,7 +124,7 @@ impl Neighbour {
                     let carried = passage.carried(scene, flow, states, &apart);
                     // If a neighbour cannot be carried on, its distance is unknown.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
-                    between = passage.settled(&between, after);
+                    between = passage.settled(scene, &between, after);
                 }
             }
             self.apart = apart;

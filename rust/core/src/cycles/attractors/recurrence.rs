@@ -238,7 +238,7 @@ pub(super) fn steps(
                 false => events.iter().find(|event| event.0 == contact)?.1,
             };
             let next = match found.peek() {
-                Some(_) => passage.settled(&combination, after),
+                Some(_) => passage.settled(run.scene(), &combination, after),
                 None => after.clone(),
             };
             steps.push(OrbitPhase { combination, state, duration, passage, kind });

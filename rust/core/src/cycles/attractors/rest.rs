@@ -19,7 +19,7 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::contact::contact_forces::{contact_forces, contact_forces_in, reaction, response};
-use crate::contact::event_function::{EventFunction, event_functions, slip_velocity};
+use crate::contact::event_function::{ConePart, EventFunction, event_functions, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
@@ -182,15 +182,22 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
             let (at_rest, reach) = at_rest_and_reach(function);
             at_rest.abs() + reach
         };
+        let of_cone = |contact: usize, part: ConePart| {
+            functions.iter().filter(move |one| one.contact == contact && one.cone == Some(part))
+        };
         functions.iter().all(|function| match function.cone {
             None => {
                 let (at_rest, reach) = at_rest_and_reach(function);
                 at_rest > reach
             }
-            Some(limit) => {
+            Some(ConePart::Force) => true,
+            Some(ConePart::Limit) => {
                 let beside = scene.contacts[function.contact].plane.map(|plane| plane.beside);
-                let mut others = functions.iter().filter(|one| Some(one.contact) == beside);
-                others.all(|other| largest(function).hypot(largest(other)) < limit)
+                let both = [Some(function.contact), beside].into_iter().flatten();
+                let forces = both.flat_map(|contact| of_cone(contact, ConePart::Force));
+                let square: f64 = forces.map(|force| largest(force).powi(2)).sum();
+                let (at_rest, reach) = at_rest_and_reach(function);
+                square.sqrt() < at_rest - reach
             }
         })
     })
@@ -200,7 +207,10 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
 /// from steady sliding, as `(w_1 - w_2) . (e_1 - e_2) >= 0`, so that this bounds its velocities for good.
 fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]; 2]) -> bool {
     let statuses = combination.statuses();
+    let opens =
+        |[first, _]: [usize; 2]| moving.contacts[first].plane.is_some_and(|plane| plane.opens);
     if statuses.iter().any(|&status| status != Status::Slipping)
+        || moving.planes().any(opens)
         || moving.energy_parts.is_some()
         || moving.has_elements()
     {

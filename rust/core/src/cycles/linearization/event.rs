@@ -16,7 +16,7 @@ pub(crate) struct EventValue {
     /// The change per newton of each law of friction, by contact that slides by its law; empty if the laws add nothing.
     friction: Vec<f64>,
     /// Of a contact that sticks in a plane: T along the other direction, and `mu_static N`.
-    cone: Option<(Functional, f64)>,
+    cone: Option<[Functional; 2]>,
 }
 
 impl EventValue {
@@ -30,9 +30,10 @@ impl EventValue {
             friction
                 .extend((0..response.ncols()).map(|source| function.response(&response, source)));
         }
-        let cone = function.cone.and_then(|limit| {
-            let plane = scene.contacts[function.contact].plane?;
-            Some((reaction(&phase, plane.tangential), limit))
+        let cone = function.cone.and_then(|_| {
+            let law = &scene.contacts[function.contact];
+            let limit = reaction(&phase, law.normal).scaled(law.static_friction);
+            Some([reaction(&phase, law.plane?.tangential), limit])
         });
         Self { functional: function.functional, friction, cone }
     }
@@ -40,10 +41,9 @@ impl EventValue {
     /// Its value in a state, and the scale of its terms.
     pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
         let (q, u) = state.split_at(state.len() / 2);
-        if let Some((other, limit)) = &self.cone {
-            let forces = [&self.functional, other].map(|force| force.value(q, u));
-            let square = forces.iter().map(|force| force * force).sum::<f64>();
-            return (limit * limit - square, limit * limit + square);
+        if let Some([other, limit]) = &self.cone {
+            let [x, y, most] = [&self.functional, other, limit].map(|force| force.value(q, u));
+            return (most * most - x * x - y * y, most * most + x * x + y * y);
         }
         let linear = (self.functional.value(q, u), self.functional.magnitude(q, u));
         if self.friction.is_empty() {
@@ -56,10 +56,10 @@ impl EventValue {
     /// How it changes there along a direction (dq, dq').
     pub fn rate(&self, flow: &Flow<'_>, state: &[f64], direction: &[f64]) -> f64 {
         let (dq, du) = direction.split_at(direction.len() / 2);
-        if let Some((other, _)) = &self.cone {
+        if let Some([other, limit]) = &self.cone {
             let (q, u) = state.split_at(state.len() / 2);
-            let forces = [&self.functional, other];
-            return forces.iter().map(|f| -2.0 * f.value(q, u) * f.rate(dq, du)).sum();
+            let forces = [(-2.0, &self.functional), (-2.0, other), (2.0, limit)];
+            return forces.iter().map(|(of, f)| of * f.value(q, u) * f.rate(dq, du)).sum();
         }
         let linear = self.functional.rate(dq, du);
         if self.friction.is_empty() {

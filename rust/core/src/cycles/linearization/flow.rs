@@ -263,7 +263,8 @@ impl<'a> Flow<'a> {
             let n = self.scene.size;
             let mut residual = vec![0.0; n];
             let mut acceleration = vec![0.0; n];
-            law.push_rates_in_planes(&state[n..], &field[n..], &mut residual);
+            let halves = |of| <[f64]>::split_at(of, n).into();
+            law.push_rates_in_planes(halves(state), halves(field), &mut residual);
             self.equation.accelerate(&mut residual, &mut acceleration);
             rate[n..].iter_mut().zip(&acceleration).for_each(|(sum, part)| *sum += part);
         }
@@ -296,7 +297,7 @@ impl<'a> Flow<'a> {
         if let Some(law) = self.law() {
             law.push(friction, &mut residual);
             if load != 0.0 {
-                law.push_in_planes(u, &mut residual);
+                law.push_in_planes(q, u, &mut residual);
             }
         }
         let mut field = vec![0.0; 2 * n];

@@ -28,6 +28,7 @@ use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::joint::Closing;
 use crate::error::run::RunFailure;
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::Plane;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -97,14 +98,19 @@ impl Passage {
     }
 
     /// A combination in which the contacts that this passage moves are as in another one.
-    pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
+    pub fn settled(
+        &self,
+        scene: &Scene,
+        between: &Combination,
+        after: &Combination,
+    ) -> Combination {
         if self.trigger == EventKind::Load {
             // It may move any contact.
             return after.clone();
         }
         let moved = self.own().chain(self.series.iter().copied());
         moved.fold(between.clone(), |settled, contact| {
-            settled.with(contact, after.statuses()[contact])
+            scene.with_status(&settled, contact, after.statuses()[contact])
         })
     }
 
@@ -256,7 +262,9 @@ impl Passage {
                 }
                 None => {
                     matrix[(g, g)] = -law.restitution;
-                    if scene.impact_friction && arrived[t] == law.slider_speed {
+                    if let Some(plane) = law.plane.filter(|_| scene.impact_friction) {
+                        self.impact_in_plane(scene, plane, [end, arrived], &mut matrix);
+                    } else if scene.impact_friction && arrived[t] == law.slider_speed {
                         matrix[(t, t)] = 0.0;
                     } else if scene.impact_friction {
                         // |g'| = -g' before an impact, and the law counts at the slip velocity then.
@@ -273,6 +281,40 @@ impl Passage {
             }
         }
         Ok(SparseMatrix::from_dense(&matrix))
+    }
+
+    /// What the impulse of friction in a plane, `m w+ = m w - p e`, `p = mu (1 + restitution) m_n |g'|`, changes of the slip
+    /// velocities w; both masses are alike.
+    fn impact_in_plane(
+        &self,
+        scene: &Scene,
+        plane: Plane,
+        [end, arrived]: [&[f64]; 2],
+        matrix: &mut DMatrix<f64>,
+    ) {
+        let law = &scene.contacts[self.contact];
+        let n = scene.size;
+        let rows = [n + law.tangential, n + plane.tangential];
+        let sliders = [law.slider_speed, plane.slider_speed];
+        let slip = |of: &[f64]| [0, 1].map(|i| of[rows[i]] - sliders[i]);
+        let [before, after] = [slip(end), slip(arrived)];
+        let [speed, left] = [before, after].map(|w| w[0].hypot(w[1]));
+        let direction = before.map(|w| if speed == 0.0 { 0.0 } else { w / speed });
+        // The part of w that the impulse leaves, across its direction.
+        let part = if speed == 0.0 { 0.0 } else { left / speed };
+        let moves = if left == 0.0 { 0.0 } else { 1.0 };
+        let ratio =
+            scene.mass.get(law.normal, law.normal) / scene.mass.get(law.tangential, law.tangential);
+        let by_approach = moves * law.friction * (1.0 + law.restitution) * ratio;
+        for i in 0..2 {
+            for j in 0..2 {
+                let along = direction[i] * direction[j];
+                let unit = if i == j { 1.0 } else { 0.0 };
+                matrix[(rows[i], rows[j])] = moves * along + part * (unit - along);
+            }
+            // |g'| = -g' before an impact.
+            matrix[(rows[i], n + law.normal)] = by_approach * direction[i];
+        }
     }
 
     /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.

@@ -224,7 +224,10 @@ impl Kernel for Bound<'_> {
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
-            let [cut, round, apart] = series.error(one, units, taylor.width);
+            let sized = series.at_origin[1] + size_of(&one.limit, sizes);
+            let of_limit = [series.beyond, UNIT * in_row * sized];
+            let [cut, round, apart] = series.error(one, units, taylor.width, of_limit);
+            lipschitz = together(lipschitz, one.force_norm * one.limit_norm);
             truncated = together(truncated, taylor.width * one.force_norm * cut);
             let round = taylor.width * one.force_norm * round + widened * apart / one.slip_norm;
             rounded = together(rounded, round);

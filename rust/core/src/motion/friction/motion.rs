@@ -225,7 +225,7 @@ impl LawMotion {
                 }
                 load
             });
-            if series.begin(one, u, reaction) {
+            if series.begin(one, [q, u], &self.taylor.origin, reaction) {
                 self.stopped = Some(place);
             }
         }
@@ -399,8 +399,9 @@ impl LawMotion {
             let (mut settled, mut near, mut largest) = (true, true, 0.0f64);
             for (one, series) in following {
                 let [change, apart] = series.improve(one, wide);
-                largest = largest.max(change / one.limit);
-                settled &= change <= UNRESOLVED * UNIT * one.limit;
+                let limit = series.limit[0];
+                largest = largest.max(change / limit);
+                settled &= change <= UNRESOLVED * UNIT * limit;
                 near &= apart <= rounding * one.slip_norm;
             }
             if settled && near {
@@ -426,9 +427,10 @@ impl LawMotion {
         let (rate, width, constant) =
             (operator.taylor.norm(), operator.taylor.width(), self.constant);
         let unresolved = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
+        let panel = self.taylor.width;
         let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
         let ends = ends.filter_map(|(place, (one, series))| {
-            Some((place, series.end(one, width, rate, [constant, unresolved])?))
+            Some((place, series.end(one, [width, panel], rate, [constant, unresolved])?))
         });
         let Some((place, time)) = ends.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let others = self.planes.iter_mut().enumerate().filter(|&(other, _)| other != place);

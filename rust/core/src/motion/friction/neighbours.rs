@@ -194,7 +194,8 @@ impl LawMotion {
             for (place, one) in operator.planes.iter().enumerate() {
                 let given = [&u, &residual].map(|of| one.coordinates.map(|row| of[row]));
                 let (series, slipping) = (&self.planes[place], &mut slipping[place]);
-                let force = series.carry(one, &planes[place], slipping, k, given, h);
+                let limit = one.limit.rate(q, &u);
+                let force = series.carry(one, &planes[place], slipping, k, limit, given, h);
                 one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
             }
             equation.accelerate(&mut residual, &mut acceleration);

@@ -216,11 +216,14 @@ impl LawOperator {
             let (along, across) = (along(first), along(second));
             let coordinates = [along.0, across.0];
             let velocity = Functional { velocity: vec![(along.0, 1.0)], ..Functional::default() };
+            let law = &scene.contacts[first];
+            let limit = reaction(scene, law.normal).scaled(law.friction);
             PlaneContact {
                 contacts: [first, second],
                 coordinates,
                 slider: [first, second].map(|contact| scene.contacts[contact].slider_speed),
-                limit: scene.limits_in_plane(first)[0],
+                limit_norm: taylor.dual_norm(own, &limit),
+                limit,
                 mass: coordinates.map(|k| own.mass.get(k, k)),
                 force_norm: along.1.max(across.1),
                 slip_norm: taylor.dual_norm(own, &velocity),
@@ -316,17 +319,22 @@ impl LawOperator {
     }
 
     /// Adds the friction in planes to a residual, which has no friction yet.
-    pub fn push_in_planes(&self, u: &[f64], residual: &mut [f64]) {
+    pub fn push_in_planes(&self, q: &[f64], u: &[f64], residual: &mut [f64]) {
         for one in &self.planes {
-            let force = one.friction(u, one.coordinates.map(|row| residual[row]));
+            let force = one.friction(q, u, one.coordinates.map(|row| residual[row]));
             one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
         }
     }
 
-    /// How it changes along accelerations.
-    pub fn push_rates_in_planes(&self, u: &[f64], rates: &[f64], residual: &mut [f64]) {
+    /// How it changes along rates (q', q'').
+    pub fn push_rates_in_planes(
+        &self,
+        state: [&[f64]; 2],
+        rates: [&[f64]; 2],
+        residual: &mut [f64],
+    ) {
         for one in &self.planes {
-            let force = one.friction_rate(u, one.coordinates.map(|row| rates[row]));
+            let force = one.friction_rate(state, rates);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
         }
     }

@@ -23,10 +23,12 @@
 //! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
 //! with r until R is constant over that time to rounding; the last one takes w to zero at a constant rate.
 
+use crate::contact::functional::Functional;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::friction::decay::product;
+use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
 
 /// Difference of `|R|` and `mu N`, relative to that, below which slip begins without a drop of friction.
@@ -41,8 +43,6 @@ const STIFF: f64 = 40.0;
 const REMAINS: f64 = 0.5;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
-/// Steps of Newton's method to the direction in which slip begins where masses differ.
-const NEWTON: usize = 60;
 
 /// A contact that slips in a plane.
 #[derive(Debug)]
@@ -53,12 +53,13 @@ pub(crate) struct PlaneContact {
     /// Speeds of the slider, m/s.
     pub slider: [f64; 2],
     /// mu N
-    pub limit: f64,
+    pub limit: Functional,
     pub mass: [f64; 2],
     /// The norm of the operator per unit of force.
     pub force_norm: f64,
-    /// What an error of the state leaves in w.
+    /// What an error of the state leaves in w, and in `mu N`.
     pub slip_norm: f64,
+    pub limit_norm: f64,
 }
 
 /// How the series of a panel is found.
@@ -78,6 +79,10 @@ enum Course {
 /// One of them along the panel.
 #[derive(Debug, Clone)]
 pub(super) struct PlaneSeries {
+    /// `mu N`, at the origin at rest with the sum of the absolute values of its terms, and what displacements add in the order beyond.
+    pub limit: [f64; COEFFICIENTS],
+    pub at_origin: [f64; 2],
+    pub beyond: f64,
     /// The time that is left of a slip whose forces are constant, s; infinite of one that they do not end.
     left: f64,
     course: Course,
@@ -100,6 +105,9 @@ impl Default for PlaneSeries {
     fn default() -> Self {
         let none = [0.0; COEFFICIENTS];
         Self {
+            limit: none,
+            at_origin: [0.0; 2],
+            beyond: 0.0,
             course: Course::default(),
             left: f64::INFINITY,
             direction: [1.0, 0.0],
@@ -163,23 +171,28 @@ impl PlaneContact {
     }
 
     /// The friction force in a state; where slip begins, by the forces R on the contact.
-    pub fn friction(&self, u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
+    pub fn friction(&self, q: &[f64], u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
         let w = self.slip_at(u);
         let speed = w[0].hypot(w[1]);
-        let direction = if speed == 0.0 { self.departs(reaction) } else { w.map(|w| w / speed) };
-        direction.map(|e| -self.limit * e)
+        let limit = self.limit.value(q, u);
+        let direction = match speed == 0.0 {
+            true => self.departs(limit, reaction),
+            false => w.map(|w| w / speed),
+        };
+        direction.map(|e| -limit * e)
     }
 
-    /// How it changes with w; not at all where slip begins.
-    pub fn friction_rate(&self, u: &[f64], rate: [f64; 2]) -> [f64; 2] {
+    /// How it changes along a rate (q', q'') of the state; not at all where slip begins.
+    pub fn friction_rate(&self, [q, u]: [&[f64]; 2], [dq, du]: [&[f64]; 2]) -> [f64; 2] {
         let w = self.slip_at(u);
         let speed = w[0].hypot(w[1]);
         if speed == 0.0 {
             return [0.0; 2];
         }
         let direction = w.map(|w| w / speed);
-        let [_, across] = Self::turned(direction, rate);
-        Self::turned_back(direction, [0.0, -self.limit * across / speed])
+        let [_, across] = Self::turned(direction, self.coordinates.map(|row| du[row]));
+        let turning = self.limit.value(q, u) * across / speed;
+        Self::turned_back(direction, [-self.limit.rate(dq, du), -turning])
     }
 
     /// The force across a direction that accelerations along and across it take.
@@ -194,45 +207,39 @@ impl PlaneContact {
         [m * x * x + n * y * y, m * y * y + n * x * x, (n - m) * x * y]
     }
 
-    /// The direction in which slip begins under forces R larger than `mu N`: `(M k + mu N) e = R` with `|e| = 1`, k > 0.
-    fn departs(&self, reaction: [f64; 2]) -> [f64; 2] {
-        let [m, n] = self.mass;
-        let of = |k: f64| [reaction[0] / (m * k + self.limit), reaction[1] / (n * k + self.limit)];
-        if m == n {
-            let length = reaction[0].hypot(reaction[1]);
-            return reaction.map(|part| part / length);
-        }
-        // |e| falls and is convex over k: Newton's method comes from below.
-        let mut k = 0.0;
-        for _ in 0..NEWTON {
-            let e = of(k);
-            let length = e[0].hypot(e[1]);
-            let slope = -(m * e[0] * e[0] / (m * k + self.limit)
-                + n * e[1] * e[1] / (n * k + self.limit))
-                / length;
-            let next = k - (length - 1.0) / slope;
-            if !(next > k) {
-                break;
-            }
-            k = next;
-        }
-        let e = of(k);
-        let length = e[0].hypot(e[1]);
-        e.map(|part| part / length)
+    /// The direction in which slip begins under forces R on the contact that its friction does not hold; that of R where they are at
+    /// the limit.
+    fn departs(&self, limit: f64, reaction: [f64; 2]) -> [f64; 2] {
+        let length = reaction[0].hypot(reaction[1]);
+        let found = beyond_limit(self.mass, limit, reaction);
+        found.map_or(reaction.map(|part| part / length), |(_, direction)| direction)
     }
 }
 
 impl PlaneSeries {
     /// Begins a phase in a state with forces R on the contact; whether it rests.
-    pub(super) fn begin(&mut self, one: &PlaneContact, u: &[f64], reaction: [f64; 2]) -> bool {
+    pub(super) fn begin(
+        &mut self,
+        one: &PlaneContact,
+        [q, u]: [&[f64]; 2],
+        origin: &[f64],
+        reaction: [f64; 2],
+    ) -> bool {
+        let Functional { position, constant, .. } = &one.limit;
+        let add = |[sum, size]: [f64; 2], &(k, weight): &(usize, f64)| {
+            let term = weight * origin[k];
+            [sum + term, size + term.abs()]
+        };
+        self.at_origin = position.iter().fold([*constant, constant.abs()], add);
         let w = one.slip_at(u);
         if w != [0.0; 2] {
             self.course = Course::Slips;
             return false;
         }
-        let excess = reaction[0].hypot(reaction[1]) / one.limit - 1.0;
+        let limit = one.limit.value(q, u);
+        let excess = reaction[0].hypot(reaction[1]) / limit - 1.0;
         self.course = Course::Begins(if excess <= EQUAL { 2 } else { 1 });
-        self.direction = one.departs(reaction);
+        self.direction = one.departs(limit, reaction);
         excess < -EQUAL
     }
 
@@ -252,15 +259,16 @@ impl PlaneSeries {
         matches!(self.course, Course::Begins(_))
     }
 
-    /// The friction force of order k, from w of that order and, where slip begins, from the forces R of that order.
+    /// The friction force of order k, from `mu N` and w of that order and, where slip begins, from the forces R of that order.
     pub(super) fn extend(
         &mut self,
         one: &PlaneContact,
         k: usize,
-        mut w: [f64; 2],
-        reaction: [f64; 2],
+        limit: f64,
+        [mut w, reaction]: [[f64; 2]; 2],
         width: f64,
     ) -> [f64; 2] {
+        self.limit[k] = if k == 0 { limit + self.at_origin[0] } else { limit };
         if k == 0 {
             w = [0, 1].map(|i| w[i] - one.slider[i]);
             self.reaction = reaction;
@@ -277,14 +285,15 @@ impl PlaneSeries {
                 }
                 self.keep(k, w);
                 self.follow(k);
-                self.force(one, k)
+                self.force(k)
             }
             Course::Follows => {
                 self.keep(k, w);
                 let [_, across] = PlaneContact::turned(self.direction, reaction);
-                self.across[k] = (across - self.pull[k]) / one.limit;
+                let [_, pressed] = self.pressed(k);
+                self.across[k] = (across - self.pull[k] - pressed) / self.limit[0];
                 self.close(k);
-                self.force(one, k)
+                self.force(k)
             }
             Course::Begins(power) => {
                 self.keep(k, if k < power { [0.0; 2] } else { w });
@@ -293,9 +302,14 @@ impl PlaneSeries {
                     // Exactly, so that slip does not begin by rounding.
                     return reaction.map(|part| -part);
                 }
-                self.force(one, k)
+                self.force(k)
             }
         }
+    }
+
+    /// What orders of `mu N` after the first give along and across e_0.
+    fn pressed(&self, k: usize) -> [f64; 2] {
+        [&self.along, &self.across].map(|of| convolved(&self.limit, of, k, [1, 0]))
     }
 
     fn keep(&mut self, k: usize, w: [f64; 2]) {
@@ -323,7 +337,7 @@ impl PlaneSeries {
     /// Whether the direction of slip relaxes many times over a panel that is as wide as it may be: the part of the width.
     pub(super) fn stiff_part(&self, one: &PlaneContact, width: f64) -> Option<f64> {
         let part = (REMAINS * self.left / width).min(1.0);
-        let rate = one.limit / (one.mass[0].max(one.mass[1]) * self.slip[0][0]);
+        let rate = self.limit[0] / (one.mass[0].max(one.mass[1]) * self.slip[0][0]);
         let stiff = self.course == Course::Slips && rate * part * width > STIFF;
         stiff.then(|| part.log2().floor().exp2())
     }
@@ -384,13 +398,16 @@ impl PlaneSeries {
         width: f64,
     ) {
         let [of_along, of_across, of_both] = one.masses(self.direction);
-        let [along, across] = PlaneContact::turned(self.direction, reaction);
+        let [mut along, mut across] = PlaneContact::turned(self.direction, reaction);
         let rate = (k + 1) as f64 / width;
+        let limit = self.limit[0];
         self.ratio[k] = 0.0;
         self.root(k);
+        let pressed = self.pressed(k);
+        (along, across) = (along - pressed[0], across - pressed[1]);
         // The known part of t c.
         let known = convolved(&self.ratio, &self.along, k, [1, 1]);
-        let forward = along - one.limit * self.along[k];
+        let forward = along - limit * self.along[k];
         let shifted =
             |of: &[f64; COEFFICIENTS], j: usize| of.get(j + power).copied().unwrap_or(0.0);
         if power == 1 {
@@ -400,8 +417,8 @@ impl PlaneSeries {
                 _ => self.slip[0][1],
             };
             let lower: f64 = (1..k).map(|j| self.ratio[j] * shifted(&self.slip[0], k - j)).sum();
-            let stiff = rate * of_across + one.limit / first;
-            let right = across - one.limit * (known - lower / first);
+            let stiff = rate * of_across + limit / first;
+            let right = across - limit * (known - lower / first);
             let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
             let b = (rate * of_along * right - rate * of_both * forward) / determinant;
             self.ratio[k] = if k == 0 { 0.0 } else { (b - lower) / first };
@@ -415,15 +432,16 @@ impl PlaneSeries {
             };
             let b = if j == 0 { 0.0 } else { lower + self.ratio[j] * first };
             let a = (forward / rate - of_both * b) / of_along;
-            let e = (across - rate * (of_across * b + of_both * a)) / one.limit;
+            let e = (across - rate * (of_across * b + of_both * a)) / limit;
             self.ratio[k] = e - known;
         }
         self.across[k] = known + self.ratio[k];
     }
 
-    fn force(&self, one: &PlaneContact, k: usize) -> [f64; 2] {
-        let e = [self.along[k], self.across[k]];
-        PlaneContact::turned_back(self.direction, e).map(|part| -one.limit * part)
+    fn force(&self, k: usize) -> [f64; 2] {
+        let along = convolved(&self.limit, &self.along, k, [0, 0]);
+        let across = convolved(&self.limit, &self.across, k, [0, 0]);
+        PlaneContact::turned_back(self.direction, [-along, -across])
     }
 
     /// The part of the panel on which no order of the direction is large.
@@ -436,17 +454,40 @@ impl PlaneSeries {
     pub(super) fn shorten(&mut self, powers: &[f64; ORDERS]) {
         let [a, b] = &mut self.slip;
         let turning = [&mut self.ratio, &mut self.square, &mut self.along, &mut self.across];
-        for of in turning.into_iter().chain([a, b, &mut self.pull]) {
+        for of in turning.into_iter().chain([a, b, &mut self.pull, &mut self.limit]) {
             scale(of, powers);
         }
+        self.beyond *= powers[COEFFICIENTS];
     }
 
-    /// Bounds of the error of the friction force by truncation and by rounding, N, and of w beside it.
-    pub(super) fn error(&self, one: &PlaneContact, units: f64, width: f64) -> [f64; 3] {
+    /// Bounds of the error of the friction force by truncation and by rounding, N, and of w beside it, with those of `mu N`.
+    pub(super) fn error(
+        &self,
+        one: &PlaneContact,
+        units: f64,
+        width: f64,
+        of_limit: [f64; 2],
+    ) -> [f64; 3] {
+        let limit = size(&self.limit);
+        let largest = size(&self.along) + size(&self.across);
+        let product = beyond(&self.limit, &self.along, COEFFICIENTS)
+            + beyond(&self.limit, &self.across, COEFFICIENTS);
+        let [cut, round, apart] = self.error_of_direction(one, [limit, units], width);
+        let of_force = UNIT * units * limit * largest;
+        [cut + product + of_limit[0] * largest, round + of_force + of_limit[1] * largest, apart]
+    }
+
+    /// The part of it by errors of the direction.
+    fn error_of_direction(
+        &self,
+        one: &PlaneContact,
+        [limit, units]: [f64; 2],
+        width: f64,
+    ) -> [f64; 3] {
         let power = match self.course {
             Course::Slips => 0,
             Course::Begins(power) => power,
-            Course::Follows => return self.error_of_following(one, units, width),
+            Course::Follows => return self.error_of_following(one, [limit, units], width),
             // R is constant to rounding.
             Course::Ends(force) => return [0.0, UNIT * units * force[0].hypot(force[1]), 0.0],
         };
@@ -475,12 +516,17 @@ impl PlaneSeries {
         let terms = (size(&self.ratio) * size(&a) + size(&b)) / least
             + sized * squared
             + size(&self.ratio) * size(&self.along);
-        [one.limit * cut, one.limit * UNIT * units * terms, 0.0]
+        [limit * cut, limit * UNIT * units * terms, 0.0]
     }
 
     /// The same where the direction follows: `a (1, t)` obeys the equation but for the defect of the balance across e_0, and w of the
     /// series is near it.
-    fn error_of_following(&self, one: &PlaneContact, units: f64, width: f64) -> [f64; 3] {
+    fn error_of_following(
+        &self,
+        one: &PlaneContact,
+        [limit, units]: [f64; 2],
+        width: f64,
+    ) -> [f64; 3] {
         let [a, b] = &self.slip;
         if !(lowest(a) > 0.0 && self.along[0] > 0.5) {
             return [f64::INFINITY; 3];
@@ -504,7 +550,7 @@ impl PlaneSeries {
         let last = self.along[DEGREE].abs() + self.across[DEGREE].abs();
         let sizes = [&self.along, &self.across, &self.ratio].map(size);
         let terms = sizes[0] * (sizes[0] + sizes[2]) + sizes[1] * sizes[1];
-        [left_out + one.limit * (circle + last), defect + one.limit * UNIT * units * terms, apart]
+        [left_out + limit * (circle + last), defect + limit * UNIT * units * terms, apart]
     }
 
     /// The time until slip ends where that is so short that the forces on the contact are constant; the next panel then
@@ -512,7 +558,7 @@ impl PlaneSeries {
     pub(super) fn end(
         &mut self,
         one: &PlaneContact,
-        width: f64,
+        [width, panel]: [f64; 2],
         rate: f64,
         [constant, unresolved]: [f64; 2],
     ) -> Option<f64> {
@@ -521,26 +567,29 @@ impl PlaneSeries {
         }
         let r = self.slip[0][0];
         let [m, n] = one.mass;
+        let limit = self.limit[0];
         let reaction = self.reaction;
         let force = reaction[0].hypot(reaction[1]);
         let along = dot(reaction, self.direction);
-        let (time, constant) = if force < one.limit {
+        let (time, constant) = if force < limit {
             match m == n {
                 true => {
-                    let rate = (one.limit - force) * (one.limit + force);
+                    let rate = (limit - force) * (limit + force);
                     // What R changes counts beside `mu N - |R|`.
-                    let excess = (one.limit - force) / one.limit;
-                    (m * r * (one.limit + along) / rate, constant * excess.sqrt())
+                    let excess = (limit - force) / limit;
+                    (m * r * (limit + along) / rate, constant * excess.sqrt())
                 }
                 false => {
                     let energy = dot(one.mass, self.direction.map(|e| e * e)).sqrt() * r;
-                    (energy * m.max(n).sqrt() / (one.limit - force), NO_TIME)
+                    (energy * m.max(n).sqrt() / (limit - force), NO_TIME)
                 }
             }
         } else {
-            (r * m.max(n) / (one.limit + force), 0.0)
+            (r * m.max(n) / (limit + force), 0.0)
         };
-        self.left = if force < one.limit { time } else { f64::INFINITY };
+        self.left = if force < limit { time } else { f64::INFINITY };
+        // Relative to what it is, N may change faster than the motion.
+        let rate = rate.max((self.limit[1] / (panel * limit)).abs());
         let ends = time * rate <= constant || r <= unresolved * one.slip_norm;
         if !(ends && time < width) {
             return None;
@@ -563,23 +612,26 @@ impl Planes<'_> {
         for (one, series) in self.contacts.iter().zip(&mut *self.series) {
             let w = one.coordinates.map(|row| taylor.rate_of(row, k));
             let reaction = one.coordinates.map(|row| load[row] + taylor.load_of(scene, row, k));
-            let force = series.extend(one, k, w, reaction, taylor.width);
+            let limit = taylor.coefficient(&one.limit, k);
+            let force = series.extend(one, k, limit, [w, reaction], taylor.width);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);
         }
     }
 }
 
-/// How the friction in a plane changes along an infinitesimal neighbour dw of a motion, order by order. With
-/// `dt = (db - t da) / (s^p a)`, `de = c^3 (-t, 1) dt`.
+/// How the friction in a plane changes along an infinitesimal neighbour of a motion, order by order. With
+/// `dt = (db - t da) / (s^p a)`, `de = c^3 (-t, 1) dt`, and `dT = -mu dN e - mu N de`.
 #[derive(Debug)]
 pub(super) struct PlaneNeighbour {
+    /// `mu dN`
+    limit: [f64; COEFFICIENTS],
     slip: [[f64; COEFFICIENTS]; 2],
     ratio: [f64; COEFFICIENTS],
     /// The change of the force that accelerates slip across e_0, where the direction follows from the balance.
     pull: [f64; COEFFICIENTS],
 }
 
-/// What all neighbours of a panel need of its series: `c^3` and `t c^3`.
+/// What all neighbours of a panel need of its series: `mu N c^3` and `mu N t c^3`.
 pub(super) struct PlaneSlopes {
     cube: [f64; COEFFICIENTS],
     turned: [f64; COEFFICIENTS],
@@ -599,22 +651,26 @@ impl PlaneSeries {
     }
 
     pub(super) fn slopes(&self) -> PlaneSlopes {
-        let cube = product(&product(&self.along, &self.along), &self.along);
+        let square = product(&self.along, &self.along);
+        let cube = product(&product(&square, &self.along), &self.limit);
         PlaneSlopes { turned: product(&self.ratio, &cube), cube }
     }
 
-    /// The change of the friction force of order k, from those of w of that order and of the forces R.
+    /// The change of the friction force of order k, from those of `mu N`, of w of that order and of the forces R.
     pub(super) fn carry(
         &self,
         one: &PlaneContact,
         slopes: &PlaneSlopes,
         neighbour: &mut PlaneNeighbour,
         k: usize,
+        limit: f64,
         [slip, reaction]: [[f64; 2]; 2],
         width: f64,
     ) -> [f64; 2] {
-        let PlaneNeighbour { slip: own, ratio, pull } = neighbour;
+        let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;
         let [a, _] = &self.slip;
+        pressed[k] = limit;
+        let pressed = [&self.along, &self.across].map(|of| convolved(pressed, of, k, [0, 0]));
         let [along, across] = PlaneContact::turned(self.direction, slip);
         (own[0][k], own[1][k]) = (along, across);
         let power = match self.course {
@@ -635,11 +691,11 @@ impl PlaneSeries {
         let [of_along, of_across, of_both] = one.masses(self.direction);
         let rate = (k + 1) as f64 / width;
         let [force_along, force_across] = PlaneContact::turned(self.direction, reaction);
-        let forward = force_along + one.limit * along_known;
+        let (limit, force_across) = (self.limit[0], force_across - pressed[1]);
+        let forward = force_along - pressed[0] + along_known;
         match power {
             0 if follows => {
-                let turned = (force_across - pull[k]) / one.limit;
-                ratio[k] = (turned - across_known) / slopes.cube[0];
+                ratio[k] = (force_across - pull[k] - across_known) / slopes.cube[0];
             }
             0 => {
                 let turned = convolved(&self.ratio, &own[0], k, [0, 0]);
@@ -648,8 +704,8 @@ impl PlaneSeries {
             1 => {
                 let first = a[1];
                 let known = turning(own) + lower(ratio, k, 1);
-                let stiff = rate * of_across + one.limit / first;
-                let right = force_across - one.limit * (across_known - known / first);
+                let stiff = rate * of_across + limit / first;
+                let right = force_across - across_known + limit * known / first;
                 let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
                 let next = (rate * of_along * right - rate * of_both * forward) / determinant;
                 ratio[k] = (next - known) / first;
@@ -662,12 +718,12 @@ impl PlaneSeries {
                 let next = turning(own) + moved;
                 let faster = (forward / rate - of_both * next) / of_along;
                 let balance = force_across - rate * (of_across * next + of_both * faster);
-                ratio[k] = balance / one.limit - across_known;
+                ratio[k] = (balance - across_known) / limit;
             }
         }
-        let turned =
-            [-along_known - slopes.turned[0] * ratio[k], across_known + slopes.cube[0] * ratio[k]];
-        PlaneContact::turned_back(self.direction, turned).map(|part| -one.limit * part)
+        let along = along_known + slopes.turned[0] * ratio[k] - pressed[0];
+        let across = -across_known - slopes.cube[0] * ratio[k] - pressed[1];
+        PlaneContact::turned_back(self.direction, [along, across])
     }
 
     /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
@@ -691,7 +747,7 @@ impl PlaneSeries {
         if !self.follows() {
             return 0.0;
         }
-        let PlaneNeighbour { slip, ratio, pull } = neighbour;
+        let PlaneNeighbour { slip, ratio, pull, .. } = neighbour;
         let (mut change, mut size) = (0.0, 0.0);
         for k in 0..DEGREE {
             let moved = convolved(&self.ratio, &slip[0], k + 1, [0, 0])
@@ -699,7 +755,7 @@ impl PlaneSeries {
             let taken = one.force_across(self.direction, [slip[0][k + 1], moved]);
             let force = (k + 1) as f64 / width * taken;
             change += (force - pull[k]).abs();
-            size += one.limit * ratio[k].abs() + force.abs();
+            size += self.limit[0] * ratio[k].abs() + force.abs();
             pull[k] = force;
         }
         if size > 0.0 { change / size } else { 0.0 }
@@ -709,6 +765,6 @@ impl PlaneSeries {
 impl Default for PlaneNeighbour {
     fn default() -> Self {
         let none = [0.0; COEFFICIENTS];
-        Self { slip: [none; 2], ratio: none, pull: none }
+        Self { limit: none, slip: [none; 2], ratio: none, pull: none }
     }
 }

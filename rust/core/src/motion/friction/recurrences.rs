@@ -181,6 +181,9 @@ impl LawMotion {
             }
         }
         self.convolutions.iter_mut().for_each(|all| all.close(COEFFICIENTS));
+        for (one, series) in operator.planes.iter().zip(&mut self.planes) {
+            series.beyond = self.taylor.displacement(&one.limit, COEFFICIENTS).abs();
+        }
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
             if let Some(flow) = &one.flow {

@@ -61,15 +61,34 @@ impl Transform {
     }
 }
 
-/// The coordinates of (tangential, normal) of each contact, those of directions that it lacks behind the dofs.
-fn in_pairs(size: usize, stated: &[Option<&Direction>], slots: &[usize]) -> Vec<(usize, usize)> {
+/// The coordinates of (tangential, normal) of each contact, those of directions that it lacks behind the dofs. Both directions of
+/// friction in a plane have the normal coordinate of the one that states it.
+fn in_pairs(size: usize, contacts: &[ContactInput], slots: &[usize]) -> Vec<(usize, usize)> {
     let (mut own, mut beyond) = (slots.iter().copied(), size..);
-    let mut next = |direction: &Option<&Direction>| match direction {
+    let mut next = |direction: &Option<Direction>| match direction {
         Some(_) => own.next(),
         None => beyond.next(),
     };
-    let pairs = stated.chunks(2);
-    pairs.filter_map(|pair| Some((next(&pair[0])?, next(&pair[1])?))).collect()
+    let mut pairs = Vec::with_capacity(contacts.len());
+    for law in contacts {
+        let tangential = next(&law.tangential);
+        let normal = if law.shares_normal(contacts) { Some(size) } else { next(&law.normal) };
+        pairs.extend(tangential.zip(normal));
+    }
+    for (contact, law) in contacts.iter().enumerate().filter(|(_, law)| law.shares_normal(contacts))
+    {
+        law.beside.iter().for_each(|&beside| pairs[contact].1 = pairs[beside].1);
+    }
+    pairs
+}
+
+/// Number of directions that contacts lack and share with no other one.
+fn missing(contacts: &[ContactInput]) -> usize {
+    let lacks = |law: &ContactInput| {
+        let normal = law.normal.is_none() && !law.shares_normal(contacts);
+        usize::from(law.tangential.is_none()) + usize::from(normal)
+    };
+    contacts.iter().map(lacks).sum()
 }
 
 impl Coordinates {
@@ -85,7 +104,6 @@ impl Coordinates {
         let directions: Vec<Vec<(usize, f64)>> =
             stated.iter().flatten().map(|direction| direction.nonzero()).collect();
         let count = directions.len();
-        let missing = stated.len() - count;
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
         for (index, direction) in directions.iter().enumerate() {
             direction.iter().for_each(|&(dof, _)| along[dof].push(index));
@@ -163,6 +181,7 @@ impl Coordinates {
         let transform =
             Transform::new(rows(|group| &group.forward), || rows(|group| &group.inverse));
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
+        let missing = missing(contacts);
         let sum = |(k, (index, terms)): (usize, &(usize, Row))| {
             let coordinate = size + missing + k;
             slots[*index] = coordinate;
@@ -187,7 +206,7 @@ impl Coordinates {
             if sums.is_empty() { whole } else { &spread * whole * spread.transpose() }
         });
         Ok(Self {
-            slots: in_pairs(size, &stated, &slots),
+            slots: in_pairs(size, contacts, &slots),
             missing,
             dependents,
             coupled,
@@ -211,8 +230,8 @@ impl Coordinates {
         let rows =
             |of: &[Row]| SparseMatrix::from_rows(size, |dof, entries| entries.extend(&of[dof]));
         Some(Self {
-            slots: in_pairs(size, &stated, &group.slots),
-            missing: stated.len() - directions.len(),
+            slots: in_pairs(size, contacts, &group.slots),
+            missing: missing(contacts),
             dependents: SlavedCoordinates::default(),
             coupled: false,
             decoupled: false,

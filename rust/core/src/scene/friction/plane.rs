@@ -1,21 +1,54 @@
-//! Friction in a plane, under a given normal force N.
+//! Friction in a plane.
 //!
-//! Two contacts with directions t_x and t_y, perpendicular to each other in the plane, share their status and their limit. With
+//! Two contacts with directions t_x and t_y, perpendicular to each other in the plane, share their status, their coefficients and
+//! their normal force N, which is given or that of the normal direction of the first of them. With
 //! `w = (t_x . x' - v_x, t_y . x' - v_y)`
 //!
 //! ```text
 //! slips, `o`:   T = -mu N w / |w|
 //! sticks, `s`:  w = 0,  |T| <= mu_static N
+//! open, `d`:    g > 0,  T = 0
 //! ```
 //!
-//! In steady sliding, `w = -v`, small motions feel a damper across the slip alone, `mu N / |v| (I - e e')` with `e = w / |w|`: constant
-//! friction has none along it.
+//! In steady sliding, `w = -v`, small motions feel friction along -v that follows the normal force, and a damper across the slip,
+//! `mu N / |v| (I - e e')` with `e = w / |w|`: constant friction has none along it.
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{ContactInput, Plane};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
+
+/// Steps of Newton's method to a direction of slip where masses differ.
+const NEWTON: usize = 60;
+
+/// What is left of a momentum or a force R beside a friction limit: `(M k + limit) e = R` with `|e| = 1`, as (k, e); None where the
+/// limit is not exceeded. Of a momentum, k is the slip speed after an impulse in the cone of friction.
+pub(crate) fn beyond_limit(mass: [f64; 2], limit: f64, r: [f64; 2]) -> Option<(f64, [f64; 2])> {
+    let length = |e: [f64; 2]| e[0].hypot(e[1]);
+    if !(length(r) > limit) {
+        return None;
+    }
+    let [m, n] = mass;
+    if m == n {
+        let whole = length(r);
+        return Some(((whole - limit) / m, r.map(|part| part / whole)));
+    }
+    let of = |k: f64| [r[0] / (m * k + limit), r[1] / (n * k + limit)];
+    // |e| falls and is convex over k: Newton's method comes from below.
+    let mut k = 0.0;
+    for _ in 0..NEWTON {
+        let e = of(k);
+        let fall = m * e[0] * e[0] / (m * k + limit) + n * e[1] * e[1] / (n * k + limit);
+        let next = k + (length(e) - 1.0) * length(e) / fall;
+        if !(next > k) {
+            break;
+        }
+        k = next;
+    }
+    let e = of(k);
+    Some((k, e.map(|part| part / length(e))))
+}
 
 impl Scene {
     /// The same scene, whose contacts know the other directions of their planes.
@@ -31,9 +64,15 @@ impl Scene {
             return refused("dofs without mass or compliant contacts");
         }
         for (contact, beside) in beside {
+            let opens = given[contact].normal.is_some() || given[beside].normal.is_some();
             let other = &self.contacts[beside];
             let (tangential, slider_speed) = (other.tangential, other.slider_speed);
-            self.contacts[contact].plane = Some(Plane { beside, tangential, slider_speed });
+            let (gap, restitution) = (other.gap, other.restitution);
+            let own = &mut self.contacts[contact];
+            own.plane = Some(Plane { beside, tangential, slider_speed, opens, along: None });
+            if own.shares_normal() {
+                (own.gap, own.restitution) = (gap, restitution);
+            }
         }
         Ok(self)
     }
@@ -45,9 +84,21 @@ impl Scene {
             .filter(|[first, second]| first < second)
     }
 
-    /// Whether friction acts in a plane.
+    /// Whether friction acts in a plane, in no given direction.
     pub fn has_planes(&self) -> bool {
-        self.contacts.iter().any(|law| law.plane.is_some() && law.friction > 0.0)
+        self.contacts.iter().any(|law| law.plane.is_some_and(|plane| plane.along.is_none()))
+    }
+
+    /// A combination with another status of one contact, and of the other direction of its plane.
+    pub(crate) fn with_status(
+        &self,
+        combination: &Combination,
+        contact: usize,
+        status: Status,
+    ) -> Combination {
+        let next = combination.with(contact, status);
+        let plane = self.contacts.get(contact).and_then(|law| law.plane);
+        plane.map_or(next.clone(), |plane| next.with(plane.beside, status))
     }
 
     /// A contact in a plane along whose directions the masses differ.
@@ -58,63 +109,74 @@ impl Scene {
         })
     }
 
-    /// The planes in which contacts of a combination slip with friction.
+    /// The planes in which contacts of a combination slip, in no given direction.
     pub(crate) fn slipping_in_planes<'a>(
         &'a self,
         combination: &'a Combination,
     ) -> impl Iterator<Item = [usize; 2]> + 'a {
-        let slips = |first: usize| combination.statuses()[first] == Status::Slipping;
-        self.planes().filter(move |&[first, _]| slips(first) && self.contacts[first].friction > 0.0)
+        let slips = |&[first, _]: &[usize; 2]| {
+            let free = self.contacts[first].plane.is_some_and(|plane| plane.along.is_none());
+            free && combination.statuses()[first] == Status::Slipping
+        };
+        self.planes().filter(slips)
     }
 
-    /// `mu N` and `mu_static N`
-    pub(crate) fn limits_in_plane(&self, contact: usize) -> [f64; 2] {
-        let law = &self.contacts[contact];
-        [law.friction, law.static_friction].map(|mu| -mu * self.force[law.normal])
-    }
-
-    /// The friction forces in a plane with their tangential coordinates, at slip velocities; none at rest.
-    fn slip_forces(&self, [first, second]: [usize; 2], u: &[f64]) -> [(usize, f64); 2] {
-        let along = [first, second].map(|contact| {
+    /// The direction of slip in a plane, at slip velocities; zero at rest.
+    fn slip_direction(&self, contacts: [usize; 2], u: &[f64]) -> [f64; 2] {
+        let slip = contacts.map(|contact| {
             let law = &self.contacts[contact];
-            (law.tangential, u[law.tangential] - law.slider_speed)
+            u[law.tangential] - law.slider_speed
         });
-        let speed = along[0].1.hypot(along[1].1);
-        let [limit, _] = self.limits_in_plane(first);
-        along.map(|(k, w)| (k, if speed == 0.0 { 0.0 } else { -limit * w / speed }))
+        let speed = slip[0].hypot(slip[1]);
+        if speed == 0.0 { [0.0; 2] } else { slip.map(|w| w / speed) }
     }
 
-    /// The friction force of a contact that slips in a plane.
-    pub(crate) fn slip_force(&self, contact: usize, u: &[f64]) -> f64 {
-        let beside = self.contacts[contact].plane.map(|plane| plane.beside);
-        beside.map_or(0.0, |beside| self.slip_forces([contact, beside], u)[0].1)
-    }
-
-    /// The scene in which the friction of a state in planes is a constant force.
-    pub(crate) fn with_slip_forces(mut self, u: &[f64]) -> Self {
+    /// The scene in which friction in planes acts along the slip of a state, in proportion to the normal forces.
+    pub(crate) fn with_slip_directions(mut self, u: &[f64]) -> Self {
         let planes: Vec<[usize; 2]> = self.planes().collect();
         for contacts in planes {
-            for (k, force) in self.slip_forces(contacts, u) {
-                self.force[k] += force;
+            let direction = self.slip_direction(contacts, u);
+            for (contact, along) in contacts.into_iter().zip(direction) {
+                self.contacts[contact].plane.iter_mut().for_each(|own| own.along = Some(along));
             }
-            contacts.iter().for_each(|&contact| self.contacts[contact].friction = 0.0);
         }
         self
     }
 
-    /// C with the dampers of planes across steady sliding; None where nothing slips in a plane.
-    pub(crate) fn with_dampers_across(&self, combination: &Combination) -> Option<SparseMatrix> {
-        let damper = |contacts: [usize; 2]| {
-            let [along, across] = contacts.map(|contact| &self.contacts[contact]);
-            let speed = along.slider_speed.hypot(across.slider_speed);
-            let direction = vec![
-                (along.tangential, -across.slider_speed / speed),
-                (across.tangential, along.slider_speed / speed),
-            ];
-            (self.limits_in_plane(contacts[0])[0] / speed, direction)
+    /// Small motions about steady sliding of a combination in planes.
+    pub(super) fn about_slip_in_planes(&self, combination: &Combination) -> Result<Self, Error> {
+        let still = vec![0.0; self.size];
+        let mut about = self.clone().with_slip_directions(&still);
+        let slipping: Vec<[usize; 2]> = self.slipping_in_planes(combination).collect();
+        let Some(&[first, _]) = slipping.first() else { return Ok(about) };
+        let opens = |contacts: &[usize; 2]| {
+            self.contacts[contacts[0]].plane.is_some_and(|plane| plane.opens)
         };
-        let dampers: Vec<_> = self.slipping_in_planes(combination).map(damper).collect();
+        let pressed = match slipping.iter().any(opens) {
+            false => self.contacts.iter().map(|law| -self.force[law.normal]).collect(),
+            true => {
+                let sticks = |&status: &Status| status == Status::Sticking;
+                if let Some(stuck) = combination.statuses().iter().position(sticks) {
+                    let combination = combination.to_string();
+                    return Err(Error::NoSteadyState { contact: first, stuck, combination });
+                }
+                about.steady(combination)?.margins
+            }
+        };
+        let damper = |&[along, across]: &[usize; 2]| {
+            let [of_along, of_across] = [along, across].map(|contact| &self.contacts[contact]);
+            let [x, y] = self.slip_direction([along, across], &still);
+            let speed = of_along.slider_speed.hypot(of_across.slider_speed);
+            let direction = vec![(of_along.tangential, -y), (of_across.tangential, x)];
+            (of_along.friction * pressed[along] / speed, direction)
+        };
+        let dampers: Vec<_> = slipping.iter().map(damper).collect();
+        if dampers.iter().any(|damper| damper.0.is_nan()) {
+            let combination = combination.to_string();
+            return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
+        }
         let added = SparseMatrix::of_springs(self.size, &dampers);
-        (!dampers.is_empty()).then(|| self.damping.combined(1.0, &added, 1.0))
+        (about.damping, about.proportional) = (self.damping.combined(1.0, &added, 1.0), None);
+        Ok(about)
     }
 }

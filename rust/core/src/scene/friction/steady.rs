@@ -169,7 +169,7 @@ impl Scene {
             None => self.with_friction(friction),
         };
         match self.has_planes() {
-            true => Cow::Owned(steady.into_owned().with_slip_forces(&still)),
+            true => Cow::Owned(steady.into_owned().with_slip_directions(&still)),
             false => steady,
         }
     }
@@ -191,7 +191,7 @@ impl Scene {
             Cow::Borrowed(scene) => at_slip(scene).map_or(Cow::Borrowed(scene), Cow::Owned),
         };
         match self.has_planes() {
-            true => Cow::Owned(in_state.into_owned().with_slip_forces(u)),
+            true => Cow::Owned(in_state.into_owned().with_slip_directions(u)),
             false => in_state,
         }
     }
@@ -203,12 +203,7 @@ impl Scene {
             return Ok(Cow::Owned(about.linearised(combination)?.into_owned()));
         }
         if self.has_planes() {
-            let damping = self.with_dampers_across(combination);
-            let still = vec![0.0; self.size];
-            let mut about = self.clone().with_slip_forces(&still);
-            if let Some(damping) = damping {
-                (about.damping, about.proportional) = (damping, None);
-            }
+            let about = self.about_slip_in_planes(combination)?;
             return Ok(Cow::Owned(about.linearised(combination)?.into_owned()));
         }
         if self.laws.is_none() {

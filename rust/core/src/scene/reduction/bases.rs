@@ -110,7 +110,8 @@ impl Reduction {
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
             dropped[law.normal] |= status.is_closed();
-            if status.is_closed() && law.gap != 0.0 && !scene.is_dependent(law.normal) {
+            let placed = status.is_closed() && law.gap != 0.0 && !law.shares_normal();
+            if placed && !scene.is_dependent(law.normal) {
                 closed.push((law.normal, law.closed()));
             }
             // A stop has no tangential motion.
@@ -141,9 +142,9 @@ impl Reduction {
             .iter()
             .zip(statuses)
             .enumerate()
-            .filter(|(_, (_, status))| status.is_sliding())
-            .filter_map(|(contact, (law, status))| {
-                let factor = -status.friction_sign() * friction(contact, law);
+            .filter(|(_, (_, status))| status.is_closed())
+            .filter_map(|(contact, (law, &status))| {
+                let factor = -law.friction_along(status) * friction(contact, law);
                 let position = places[law.tangential].filter(|_| factor != 0.0)?;
                 Some(RowMerge { position, normal: law.normal, factor })
             })

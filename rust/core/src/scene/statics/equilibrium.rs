@@ -52,7 +52,7 @@ impl Scene {
         let closed = self.contacts[contact].driven();
         let open = combination.statuses()[contact].is_closed();
         let other = if open { Status::Detached } else { closed.unwrap_or(Status::Positive) };
-        combination.with(contact, other)
+        self.with_status(combination, contact, other)
     }
 
     /// The combination that is left once no contact that may open has a negative margin: those that have change sides. None if
@@ -388,7 +388,8 @@ impl<'a> StaticContacts<'a> {
             let law = &scene.contacts[self.unilateral[place]];
             q[law.normal] = q[law.normal].max(law.closed());
             if law.gap_at(&q) > 0.0 {
-                combination = combination.with(self.unilateral[place], Status::Detached);
+                combination =
+                    scene.with_status(&combination, self.unilateral[place], Status::Detached);
             }
         }
         let forces = scene.contacts.iter().zip(combination.statuses()).map(|(law, status)| {

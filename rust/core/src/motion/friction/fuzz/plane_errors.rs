@@ -25,6 +25,8 @@ const COLUMNS: usize = 10;
 /// out there. From then on, a part is so much longer than the one before: without a drop the equation is stiff.
 const BEGUN: [f64; 2] = [0.02, 0.3];
 const GROWS: f64 = 1.1;
+/// Normal force below which a phase counts as over, N.
+const LIFTS: f64 = 0.05;
 /// Units of rounding of a polynomial and of a sum of a few terms.
 const ROUNDING: f64 = 16.0;
 
@@ -39,7 +41,7 @@ fn inverse_root(x: Doubled) -> Doubled {
     y
 }
 
-/// The rates of positions and velocities, `M x'' = F - K x - C x' - mu N w / |w|`.
+/// The rates of positions and velocities, `M x'' = F - K x - C x' - mu N w / |w|`, where N is given or holds a dof.
 fn rates(input: &SceneInput, state: &Values) -> Values {
     let size = input.force.len();
     let [mass, damping, stiffness, ..] = input.matrices();
@@ -56,7 +58,11 @@ fn rates(input: &SceneInput, state: &Values) -> Values {
             (dof, v[dof].add((-pair[k].slider_speed).into()))
         });
         let square = along[0].1.by(along[0].1).add(along[1].1.by(along[1].1));
-        let factor = inverse_root(square).times(-pair[0].friction * pair[0].normal_force);
+        let pressed = match pair[0].normal {
+            Some(Direction::Dof(dof)) => std::mem::take(&mut force[dof]).times(-1.0),
+            _ => pair[0].normal_force.into(),
+        };
+        let factor = inverse_root(square).times(-pair[0].friction).by(pressed);
         along.iter().for_each(|&(dof, w)| force[dof] = force[dof].add(w.by(factor)));
     }
     let accelerations = force.iter().enumerate().map(|(i, f)| f.over(mass.get(i, i).into()));
@@ -115,18 +121,22 @@ fn moved_from(input: &SceneInput, state: &Values, [from, to]: [f64; 2], parts: u
     state
 }
 
-fn input(bodies: usize, numbers: &[f64], general: bool, equal: bool) -> SceneInput {
+/// Bodies in a row, under given normal forces or pressed along dofs of their own.
+fn input(bodies: usize, numbers: &[f64], [general, equal, pressed]: [bool; 3]) -> SceneInput {
     let number = |place: usize| numbers[place % numbers.len()];
-    let size = 2 * bodies;
+    let plane = 2 * bodies;
+    let size = if pressed { 3 * bodies } else { plane };
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
         0 => 100.0 * (1.5 + number(i)),
         1 => 30.0 * number(3 + i + j),
+        _ if i.max(j) >= plane && i.min(j) < plane => 20.0 * number(5 + i + j),
         _ => 0.0,
     };
     let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
     let contact = |i: usize| ContactInput {
         tangential: Some(Direction::Dof(i)),
-        normal_force: 1.0 + 5.0 * number(i / 2 + 2).abs(),
+        normal: (pressed && i % 2 == 0).then_some(Direction::Dof(plane + i / 2)),
+        normal_force: if pressed { 0.0 } else { 1.0 + 5.0 * number(i / 2 + 2).abs() },
         friction: 0.5 + 0.3 * number(i / 2 + 7),
         static_friction: 0.9,
         slider_speed: 0.3 * number(i + 4),
@@ -141,8 +151,8 @@ fn input(bodies: usize, numbers: &[f64], general: bool, equal: bool) -> SceneInp
             false => Damping::Proportional { mass: 0.1, stiffness: 1e-3 },
         },
         stiffness,
-        force: (0..size).map(number).collect(),
-        contacts: (0..size).map(contact).collect(),
+        force: (0..size).map(|i| number(i) - if i < plane { 0.0 } else { 6.0 }).collect(),
+        contacts: (0..plane).map(contact).collect(),
         ..Default::default()
     }
 }
@@ -166,15 +176,15 @@ proptest! {
         numbers in proptest::collection::vec(-1.0..1.0f64, 11),
         start in proptest::collection::vec(-1.0..1.0f64, 7),
         bodies in 1..4usize,
-        [general, equal] in any::<[bool; 2]>(),
+        kind in any::<[bool; 3]>(),
         power in -9.0..0.0f64,
         begins in 0..6usize,
         places in proptest::collection::vec(0.1..1.0f64, 2),
     ) {
-        let mut input = input(bodies, &numbers, general, equal);
-        let size = input.force.len();
+        let mut input = input(bodies, &numbers, kind);
+        let (size, plane) = (input.force.len(), input.contacts.len());
         let (mut x, mut v) = (vec![0.0; size], vec![0.0; size]);
-        for i in 0..size {
+        for i in 0..plane {
             x[i] = 0.02 * start[i % 7];
             let slip = if i < 2 { 10f64.powf(power) } else { 0.4 } * start[(i + 3) % 7];
             v[i] = input.contacts[i].slider_speed + if begins < 2 && i < 2 { 0.0 } else { slip };
@@ -182,7 +192,11 @@ proptest! {
         if begins < 2 {
             // Forces on the contact above its limit; or at it, along a direction in which they grow.
             let [_, damping, stiffness, ..] = input.matrices();
-            let limit = input.contacts[0].friction * input.contacts[0].normal_force;
+            let pressed = match input.contacts[0].normal {
+                Some(_) => stiffness.row_dot(plane, &x) + damping.row_dot(plane, &v) - input.force[plane],
+                None => input.contacts[0].normal_force,
+            };
+            let limit = input.contacts[0].friction * pressed;
             let pulls: [f64; 2] = [0, 1].map(|i| -stiffness.row_dot(i, &v));
             let length = pulls[0].hypot(pulls[1]).max(1e-3);
             let angle = 0.8 * start[5];
@@ -198,7 +212,7 @@ proptest! {
             }
         }
         let scene = Scene::new(input.clone()).expect("well-posed");
-        let combination = Combination::parse(&"o".repeat(size), size).expect("letters");
+        let combination = Combination::parse(&"o".repeat(plane), plane).expect("letters");
         let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
         let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
         let functions = &basis.functions;
@@ -206,7 +220,7 @@ proptest! {
         let mut motion = LawMotion::default();
         motion.restart(&scene, operator, functions, &q, &u);
         let mut panel = Panel::default();
-        for place in 0..PANELS {
+        'panels: for place in 0..PANELS {
             if motion.stopped(operator).is_some() {
                 break;
             }
@@ -230,6 +244,9 @@ proptest! {
             for &to in places.iter().chain(&[1.0]) {
                 let span = [from, to.max(from)].map(|part| part * width);
                 motion.state(operator, span[1], &mut q, &mut u);
+                if functions.iter().any(|function| function.functional.value(&q, &u) < LIFTS) {
+                    break 'panels;
+                }
                 let found = dofs(&q, &u);
                 let largest = found.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
                 // No mass is below 1 kg.
