@@ -26,6 +26,13 @@ def plane_of():
     return ss.stability_boundary(ss.models.two_subsystems, ranges, cells=3)
 
 
+def boundary_of_basins():
+    """Return the cycle that bounds the basin of steady sliding of a mass on a belt."""
+    scene = ss.models.bistable_oscillator()
+    starts = {"position": {"x": [0.0, 1.0, 2.0]}, "velocity": {"x": [0.0, 0.5]}}
+    return ss.basins(scene, start=ss.steady_sliding(scene), **starts).boundary()
+
+
 @cache
 def examples():
     scene = ss.models.two_subsystems()
@@ -61,6 +68,7 @@ def examples():
         "CodimensionTwo": boundary.points[0],
         "Trajectory": run,
         "Motion": cycle.run,
+        "BasinBoundary": boundary_of_basins(),
         "Basins": types.Basins(xr.DataArray([[0]], {"x": [0.5], "y": [1.0]}, ("x", "y")), (cycle,)),
         "Bifurcation": ss.bifurcation(scene, {"friction": [1.5]}),
         "Branch": ss.continuation(cycle, {"friction": (1.5, 1.51)}, step=0.5),
@@ -98,10 +106,10 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "Basins", "Bifurcation", "BoundaryCurve", "Branch", "BranchPoint",
-    "Case", "CodimensionTwo", "Contact", "CriticalPoint", "CriticalPoints", "Cycle", "CyclePhase",
-    "Damper", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic", "InputError",
-    "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
+    "Accumulation", "Balance", "BasinBoundary", "Basins", "Bifurcation", "BoundaryCurve", "Branch",
+    "BranchPoint", "Case", "CodimensionTwo", "Contact", "CriticalPoint", "CriticalPoints", "Cycle",
+    "CyclePhase", "Damper", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
+    "InputError", "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
     "NotPeriodicError", "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "Scene",
     "Spring", "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError",
     "Switched", "Trajectory", "View",
@@ -368,7 +376,8 @@ def test_a_mode_has_the_number_that_is_shown():
 
 #: What analyses return.
 RESULTS = [
-    "Balance", "Basins", "Bifurcation", "Branch", "CriticalPoints", "Cycle", "Equilibrium", "Events",
+    "Balance", "BasinBoundary", "Basins", "Bifurcation", "Branch", "CriticalPoints", "Cycle",
+    "Equilibrium", "Events",
     "FrequencyResponse",
     "ModeSelection", "Modes", "Motion",
     "StabilityBoundary", "StatusTable", "Trajectory",

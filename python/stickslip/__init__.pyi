@@ -2,7 +2,7 @@
 
 from . import fe, study
 from .cycles.attractors import disturbed_sliding
-from .cycles.basins import basins
+from .cycles.basins.basins import basins
 from .cycles.bifurcation import bifurcation
 from .cycles.branches.continuation import continuation
 from .cycles.cycle import Cycle

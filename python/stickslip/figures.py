@@ -82,7 +82,7 @@ def plot(
                                                                  branches as well
     ``ss.sweep`` over two                               Figure
     ``diagram.to_dataset()``, ``branch.to_dataset()``   Axes     a dof; None: the one that moves most
-    ``basins.to_dataset()``                             Axes
+    ``basins.to_dataset()``, ``boundary.to_dataset()``  Axes
     ``run.spectrum()``, ``cycle.harmonics()``           Axes     a dof; None: the one that moves most;
                                                                  ``label``
     ``run.energy(times)``                               Figure

@@ -1,6 +1,6 @@
 """The types of results, each from the module that holds it; `types.py` reads them here."""
 
-from .cycles.basins import Basins
+from .cycles.basins.result import BasinBoundary, Basins
 from .cycles.bifurcation import Bifurcation
 from .cycles.branches.branch import Branch, BranchPoint
 from .cycles.frequency_response import FrequencyResponse
@@ -22,6 +22,7 @@ from .transient.batch import Outcome
 __all__ = [
     "Accumulation",
     "Balance",
+    "BasinBoundary",
     "Basins",
     "Bifurcation",
     "BoundaryCurve",

@@ -93,7 +93,8 @@ def basins(data: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ----------
     data
         Dataset of basins. White cells have no start, because it would violate its
-        combination; hatched cells were not computed, because the search was interrupted.
+        combination; hatched cells were not computed, because the search was interrupted. With a
+        boundary, its cycles are lines and its bisected segments dots.
     ax
         Where to draw; None: on axes of its own.
     """
@@ -126,6 +127,14 @@ def basins(data: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     if (place == UNKNOWN).any():
         missing = np.ma.masked_not_equal(place, UNKNOWN)
         axes.pcolor(across, upward, missing, hatch="///", alpha=0.0)
+    if "inside" in data:
+        for number in range(data.sizes["cycle"]):
+            curve = data[[f"curve_{first}", f"curve_{second}"]].isel(cycle=number)
+            axes.plot(curve[f"curve_{first}"], curve[f"curve_{second}"], color="black", linewidth=1.0)
+        middles = [data[f"segment_{name}"].mean("end") for name in (first, second)]
+        axes.plot(*middles, ".", color="black", markersize=3.0)
+        # A cycle may lead out of the starts.
+        axes.set(xlim=across[[0, -1]], ylim=upward[[0, -1]])
     abscissa, ordinate = (quantity(name, reached[name].attrs.get("units", "")) for name in (first, second))
     axes.set(xlabel=abscissa, ylabel=ordinate)
     return axes

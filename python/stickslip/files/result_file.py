@@ -1,4 +1,4 @@
-"""Results that read back whole from a dataset: critical points, bifurcations and branches with their orbits.
+"""Results that read back whole from a dataset: critical points, bifurcations, branches, basins.
 
 An orbit is kept as the core's record of it, which a scene makes a `Cycle` again. The scenes along a parameter
 are mostly the first one with another value; any other is kept as the text of a scene file.
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip import _core
+from stickslip.cycles.basins.result import BasinBoundary, Basins
 from stickslip.cycles.bifurcation import Bifurcation, Diagram
 from stickslip.cycles.branches.branch import Branch, BranchPoint
 from stickslip.cycles.cycle import Cycle
@@ -25,6 +26,7 @@ from stickslip.locus.points import CriticalPoints
 from stickslip.scene.parameters.family import Family
 from stickslip.scene.parameters.values import parameter_of
 from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,6 +60,11 @@ def kept(result: Any) -> xr.Dataset:
             data = data.assign(variables).assign_attrs({f"{KEPT}end": result.end})
             orbits = [point.cycle for point in points]
             data = data.assign(_orbits(dim, parameter, columns["value"], orbits, f"{dim}_"))
+    if isinstance(result, BasinBoundary):
+        values = np.zeros(len(result.cycles))
+        data = data.assign(_orbits("cycle", "", values, result.cycles, f"{KEPT}cycle_"))
+    if isinstance(result, Basins | BasinBoundary):
+        data = _with_basins(data, result if isinstance(result, Basins) else result.basins)
     return data.assign_attrs({RESULT: name})
 
 
@@ -105,7 +112,27 @@ def _orbits(
     }
 
 
+def _with_basins(data: xr.Dataset, basins: Basins) -> xr.Dataset:
+    """Return a dataset of basins with the orbits of its attractors, and the scene and start of the map."""
+    cycles = [None if isinstance(attractor, str) else attractor for attractor in basins.attractors]
+    data = data.assign(_orbits("attractor", "", np.zeros(len(cycles)), cycles))
+    times = {f"{KEPT}stretch": basins.stretch, f"{KEPT}limit": basins.limit}
+    if basins.scene is None or basins.start is None:
+        return data.assign_attrs(times)
+    start, dim = basins.start.ordered(basins.scene.dofs), f"{KEPT}dof"
+    variables: dict[str, Any] = {
+        f"{KEPT}position": (dim, start.position),
+        f"{KEPT}velocity": (dim, start.velocity),
+    }
+    if start.friction_force is not None:
+        variables[f"{KEPT}friction_force"] = (f"{KEPT}contact", start.friction_force)
+    texts = {f"{KEPT}text": case_text(basins.scene), f"{KEPT}combination": start.combination}
+    return data.assign(variables).assign_attrs(times | texts)
+
+
 def _at(scene: Scene, parameter: str, value: float) -> Scene | None:
+    if not parameter:
+        return scene
     try:
         return Family(scene).scene({parameter: float(value)})
     except InputError:
@@ -130,8 +157,10 @@ def _cycles(data: xr.Dataset, parameter: str, values: Any, prefix: str = KEPT) -
             first = scene if first is None else first
         elif first is None:
             raise InputError(f"{prefix}scene: expected a scene before the first orbit without one")
-        else:
+        elif parameter:
             scene = Family(first).scene({parameter: float(value)})
+        else:
+            scene = first
         found.append(Cycle(scene, _core.Cycle.from_record(scene.core, base64.b64decode(str(record)))))
     return tuple(found)
 
@@ -170,9 +199,44 @@ def _branch(data: xr.Dataset) -> Branch:
     return Branch(_plain(data), cycles, points, data.attrs[f"{KEPT}end"])
 
 
+def _basins(data: xr.Dataset) -> Basins:
+    kinds = data.kind.to_numpy().tolist()
+    cycles = _cycles(data, "", np.zeros(len(kinds)))
+    attractors = tuple(kind if cycle is None else cycle for kind, cycle in zip(kinds, cycles, strict=True))
+    text = data.attrs.get(f"{KEPT}text")
+    scene = start = None
+    if text is not None:
+        scene = case_of_text(text).scene
+        force = data.get(f"{KEPT}friction_force")
+        start = State(
+            data[f"{KEPT}position"].to_numpy(),
+            data[f"{KEPT}velocity"].to_numpy(),
+            data.attrs[f"{KEPT}combination"],
+            scene.dofs,
+            None if force is None else force.to_numpy(),
+        )
+    times = float(data.attrs[f"{KEPT}stretch"]), float(data.attrs[f"{KEPT}limit"])
+    return Basins(data.reached, attractors, scene, start, *times)
+
+
+def _basin_boundary(data: xr.Dataset) -> BasinBoundary:
+    basins = _basins(data)
+    cycles = _cycles(data, "", np.zeros(data.sizes["cycle"]), f"{KEPT}cycle_")
+    return BasinBoundary(
+        basins,
+        tuple(cycle for cycle in cycles if cycle is not None),
+        np.stack([data.inside.to_numpy(), data.outside.to_numpy()], axis=1),
+        np.stack([data[f"segment_{dim}"].to_numpy() for dim in basins.map.dims], axis=-1),
+        data.segment_reached.to_numpy(),
+        data.attrs["reason"],
+    )
+
+
 #: What reads a result back, by the name of its class.
 READERS: dict[str, Callable[[xr.Dataset], Any]] = {
     "CriticalPoints": CriticalPoints.from_dataset,
     "Bifurcation": _bifurcation,
     "Branch": _branch,
+    "Basins": _basins,
+    "BasinBoundary": _basin_boundary,
 }

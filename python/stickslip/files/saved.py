@@ -123,10 +123,10 @@ def load(path: str | Path) -> Any:
 
     Returns
     -------
-    Case, CriticalPoints, Bifurcation, Branch or xarray.Dataset
+    Case, CriticalPoints, Bifurcation, Branch, Basins, BasinBoundary or xarray.Dataset
         Of a scene file a `Case`, whose ``scene`` is the `Scene`, with start, settings of a run and parameter
-        values where the file has them. Critical points, bifurcations and branches are read back whole, with
-        their orbits. Of any other result its dataset.
+        values where the file has them. Critical points, bifurcations, branches, basins and their boundaries
+        are read back whole, with their orbits. Of any other result its dataset.
 
     Raises
     ------
