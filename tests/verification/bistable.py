@@ -18,6 +18,8 @@ from verification.case import Case, Quantity, decimal, mp
 DAMPING, KINETIC, RATIO, DECAY = 0.05, 0.5, 2.0, 0.5
 #: Terms of a Taylor series, and steps of 0.2: its radius is about 1, so that 0.2^45 is 1e-31.
 TERMS, STEP = 45, mp.mpf("0.2")
+#: Largest displacement and velocity of the starts, m and m/s: x from -2, x' from 0.
+BOX = 2, 2
 
 
 def series(x, u, e):
@@ -39,31 +41,41 @@ def at(coefficients, t):
     return reduce(lambda value, coefficient: value * t + coefficient, coefficients, mp.mpf(0))
 
 
-def to_turn(x, e):
-    """Return place, e, duration and the integral of u^2 from one turn to the next; e is that of u = 0."""
-    u, time, area = mp.mpf(0), mp.mpf(0), mp.mpf(0)
+def root(coefficients, value=0):
+    """Return the time within a step at which a polynomial has a value."""
+    return mp.findroot(lambda t: at(coefficients, t) - value, (0, STEP), solver="anderson", tol=1e-60)
+
+
+def to_turn(x, e, border=None):
+    """Return place, e, duration and the integral of u^2 from one turn to the next; e is that of u = 0.
+
+    The integral ends where x reaches a border, if one is given and reached.
+    """
+    u, time, area, clipped = mp.mpf(0), mp.mpf(0), mp.mpf(0), None
     while True:
         xs, us, es, areas = series(x, u, e)
         step, sign = STEP, mp.sign(us[-1] if us[-1] != 0 else us[-2])
         turns = time > 0 and mp.sign(at(us, step)) != sign
         if turns:
-            step = mp.findroot(lambda t, us=us: at(us, t), (0, STEP), solver="anderson", tol=1e-60)
+            step = root(us)
+        if border is not None and clipped is None and at(xs, step) > border:
+            clipped = area + at(areas, root(xs, border))
         x, u, e, more = (at(coefficients, step) for coefficients in (xs, us, es, areas))
         time, area = time + step, area + more
         if turns:
-            return x, e, time, area
+            return x, e, time, area if clipped is None else clipped
 
 
 @cache
 def orbit(speed, guess):
-    """Return amplitude about steady sliding, period and enclosed area of the unstable orbit."""
+    """Return amplitude about steady sliding, period, and area with u > 0, x < 2 of the unstable orbit."""
     v, decay = decimal(speed), decimal(DECAY)
     still = mp.exp(-v / decay)
     rest = decimal(KINETIC) * (1 + (decimal(RATIO) - 1) * still)
 
     def around(amplitude):
         low, e, first, _ = to_turn(rest + amplitude, still)
-        high, _, second, above = to_turn(low, e)
+        high, _, second, above = to_turn(low, e, BOX[0])
         return high - rest - amplitude, first + second, above
 
     amplitude = mp.findroot(lambda a: around(a)[0], (guess, 1.0001 * guess), solver="secant", tol=1e-50)
@@ -78,46 +90,24 @@ def scene(speed):
     )
 
 
-def cycle_at(speed, guess):
-    """Return the unstable cycle that Newton's method finds from an amplitude, and its place of rest."""
-    rest = ss.steady_sliding(scene(speed))
-    run = ss.simulate(scene(speed), 14.0, rest.perturbed(position={"x": guess}))
-    return run.closed_cycle(), float(rest.position[0])
-
-
-def area_above(cycle):
-    """Return the area between the orbit and u = 0, where u is positive: the integral of u^2 over time."""
-    times = np.linspace(0.0, cycle.period, 65)
-    velocity = cycle.run.sample(times).velocity.to_numpy()[:, 0]
-    # From the turn at which u becomes positive to the next one, by Gauss on eight parts of one period.
-    rises = np.flatnonzero((velocity[:-1] <= 0.0) & (velocity[1:] > 0.0))
-    falls = np.flatnonzero((velocity[:-1] > 0.0) & (velocity[1:] <= 0.0))
-
-    def turn(k):
-        low, high = times[k], times[k + 1]
-        sign = velocity[k] > 0.0
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            here = cycle.run.sample([middle]).velocity.to_numpy()[0, 0] > 0.0
-            low, high = (middle, high) if here == sign else (low, middle)
-        return high
-
-    begin, end = turn(rises[0]), turn(falls[0])
-    end += cycle.period * (end < begin)
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    total = 0.0
-    for a, b in zip(np.linspace(begin, end, 9)[:-1], np.linspace(begin, end, 9)[1:], strict=True):
-        places = (0.5 * (a + b) + 0.5 * (b - a) * nodes) % cycle.period
-        order = np.argsort(places)
-        u = cycle.run.sample(places[order]).velocity.to_numpy()[:, 0]
-        total += 0.5 * (b - a) * float(weights[order] @ u**2)
-    return total
+def boundary_at(speed):
+    """Return the boundary between the basins of sliding and of stick-slip over bSTAB's box of starts."""
+    found = ss.basins(
+        scene(speed),
+        start=ss.State([0.0], [0.0], "+", ["x"]),
+        position={"x": np.linspace(-BOX[0], BOX[0], 9)},
+        velocity={"x": np.linspace(0.0, BOX[1], 6)},
+    )
+    return found.boundary()
 
 
 #: Belt speeds with a guess of the amplitude and printed digits of amplitude, period and fraction.
 ORBITS = (
     (1.175, 0.3155, "0.315479587671", "6.284164274226", "0.018774"),
     (1.5, 1.3302, "1.330254955995", "6.295334793503", "0.3071261378"),
+    (1.55, 1.4369, "1.436881604021", "6.296768376680", "0.356596"),
+    (1.625, 1.5887, "1.588738633772", "6.298812843941", "0.42810"),
+    (1.775, 1.8713, "1.871341138980", "6.302575863696", "0.55837"),
 )
 
 
@@ -135,11 +125,10 @@ def quantities():
         )
     ]
     for speed, guess, amplitude, period, fraction in ORBITS:
-        cycle, rest = cycle_at(speed, guess)
+        boundary = boundary_at(speed)
+        (cycle,), (part,) = boundary.cycles, boundary.fractions
         largest, duration, area = orbit(speed, guess)
-        extreme = float(cycle.core.maximum[0]) - rest
-        # Bounds of the box of starts: 4 m by 2 m/s.
-        part = area_above(cycle) / 8.0
+        extreme = float(cycle.maximum[0] - ss.steady_sliding(cycle.scene).position[0])
         for name, unit, expected, computed, printed in (
             ("amplitude", "m", largest, extreme, amplitude),
             ("period", "s", duration, cycle.period, period),
@@ -149,7 +138,7 @@ def quantities():
             found.append(
                 Quantity(name=title, unit=unit, expected=expected, computed=computed, reference=printed)
             )
-    branch = ss.continuation(cycle, {"slider_speed": (1.5, 1.9)})
+    branch = ss.continuation(cycle, {"slider_speed": (speed, 1.9)})
     ends = next(point for point in branch.points if point.kind == "grazing")
     found.append(
         Quantity(
@@ -175,8 +164,9 @@ CASES = [
             "`x'' + 2 z x' + x = F(v - x')`, `F(s) = k + k (r - 1) exp(-s / v0)`; z = 0.05, k = 0.5, r = 2, "
             "v0 = 0.5. Starts with x in [-2, 2], x' in [0, 2]: those within the unstable orbit without "
             "events come to steady sliding. Their part is the integral of `x'^2` over the time in which "
-            "x' is positive, over 8. Computed by `closed_cycle` from a motion near the orbit, and by "
-            "`continuation` to where the orbit reaches the speed of the belt."
+            "x' is positive and x at most 2, over 8; x passes 2 from 1.625 m/s on. Computed by "
+            "`Basins.boundary` from a map of 9 by 6 starts, and by `continuation` of the last cycle to where "
+            "it reaches the speed of the belt."
         ),
         tolerance=(
             "Taylor series of the orbit in 30 digits: 1e-12; an orbit that repels by 3 % in a period, at "
