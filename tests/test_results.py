@@ -33,6 +33,16 @@ def boundary_of_basins():
     return ss.basins(scene, start=ss.steady_sliding(scene), **starts).boundary()
 
 
+def touching_speed():
+    """Return where the unstable cycle of sliding touches the speed of its belt, over that and damping."""
+    model = ss.models.bistable_oscillator
+    start = ss.steady_sliding(model()).perturbed(velocity={"x": 1.3})
+    cycle = ss.simulate(model(), 8.0, start).closed_cycle()
+    (point,) = ss.continuation(cycle, {"slider_speed": (1.5, 1.9)}, step=0.2).points
+    plane = {"slider_speed": (1.8, 1.9), "damping_ratio": (0.04, 0.06)}
+    return ss.continuation(point, plane, model, step=0.5)
+
+
 @cache
 def examples():
     scene = ss.models.two_subsystems()
@@ -88,6 +98,7 @@ def examples():
         "CyclePhase": cycle.phases[0],
         "Margin": cycle.margins()[0],
         "BranchPoint": unstable,
+        "BifurcationCurve": touching_speed(),
         "Balance": cycle.balance(),
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "View": types.View(
@@ -106,13 +117,13 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "BasinBoundary", "Basins", "Bifurcation", "BoundaryCurve", "Branch",
-    "BranchPoint", "Case", "CodimensionTwo", "Contact", "CriticalPoint", "CriticalPoints", "Cycle",
-    "CyclePhase", "Damper", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
-    "InputError", "Interrupted", "Margin", "Mode", "ModeSelection", "Modes", "Motion", "NoSteadyStateError",
-    "NotPeriodicError", "OrbitError", "Outcome", "Rayleigh", "Reduced", "RunError", "Scene",
-    "Spring", "StabilityBoundary", "State", "StatusTable", "StickslipError", "Study", "StudyError",
-    "Switched", "Trajectory", "View",
+    "Accumulation", "Balance", "BasinBoundary", "Basins", "Bifurcation", "BifurcationCurve",
+    "BoundaryCurve", "Branch", "BranchPoint", "Case", "CodimensionTwo", "Contact", "CriticalPoint",
+    "CriticalPoints", "Cycle", "CyclePhase", "Damper", "Equilibrium", "Event", "Events",
+    "FrequencyResponse", "Grazing", "Harmonic", "InputError", "Interrupted", "Margin", "Mode",
+    "ModeSelection", "Modes", "Motion", "NoSteadyStateError", "NotPeriodicError", "OrbitError", "Outcome",
+    "Rayleigh", "Reduced", "RunError", "Scene", "Spring", "StabilityBoundary", "State", "StatusTable",
+    "StickslipError", "Study", "StudyError", "Switched", "Trajectory", "View",
 ]  # fmt: skip
 
 
@@ -299,6 +310,7 @@ def test_names_cannot_break_a_notebook():
         ("Cycle", r"period 8\.90849261 ms, 112\.252 Hz, \+\+ \+d .* stable"),
         ("Balance", r"damping +-2\.13283\de-03 J"),
         ("CriticalPoint", r"hopf at friction = 0\.7015671730\d+, .* Hz, destabilising"),
+        ("BifurcationCurve", r"grazing of contact 0 over slider_speed, damping_ratio"),
         ("BranchPoint", r"period_doubling at friction = 2\.5464, multiplier -1\+0j, 112\.252 Hz"),
         ("Outcome", r"^Outcome\(0: Trajectory\(0\.2 s, \d+ events"),
         ("Case", r"Case of Scene(.|\n)*run: duration = 0\.6"),
@@ -377,6 +389,7 @@ def test_a_mode_has_the_number_that_is_shown():
 #: What analyses return.
 RESULTS = [
     "Balance", "BasinBoundary", "Basins", "Bifurcation", "Branch", "CriticalPoints", "Cycle",
+    "Balance", "Basins", "Bifurcation", "BifurcationCurve", "Branch", "CriticalPoints", "Cycle",
     "Equilibrium", "Events",
     "FrequencyResponse",
     "ModeSelection", "Modes", "Motion",

@@ -3,6 +3,7 @@
 from .cycles.basins.result import BasinBoundary, Basins
 from .cycles.bifurcation import Bifurcation
 from .cycles.branches.branch import Branch, BranchPoint
+from .cycles.branches.curve import BifurcationCurve
 from .cycles.frequency_response import FrequencyResponse
 from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
@@ -25,6 +26,7 @@ __all__ = [
     "BasinBoundary",
     "Basins",
     "Bifurcation",
+    "BifurcationCurve",
     "BoundaryCurve",
     "Branch",
     "BranchPoint",

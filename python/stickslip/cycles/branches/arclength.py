@@ -66,6 +66,13 @@ class Curve:
         OrbitError
             If Newton's method does not find it, or the events of the sequence come in another order there.
         """
+        after = self.solution(place, length)
+        if after.orbit.shortest < 0.0:
+            raise OrbitError("the phases of the orbit no longer follow each other")
+        return after
+
+    def solution(self, place: Place, length: float) -> Place:
+        """Return what `beyond` does, also where a phase of the solution has a negative duration."""
         guess = place.orbit.predicted(*self.sides(place.value), place.tangent, length)
         value = place.value + self.unit * length * place.tangent[1]
         last = np.inf
@@ -75,8 +82,6 @@ class Curve:
             if not size <= FAR:
                 break
             if size <= ROUNDING or (last <= NEARLY and size >= 0.5 * last):
-                if guess.shortest < 0.0:
-                    raise OrbitError("the phases of the orbit no longer follow each other")
                 return Place(guess, value, guess.tangent(*self.sides(value), place.tangent))
             value += self.unit * change
             last = size

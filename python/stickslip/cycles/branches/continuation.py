@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import scipy.optimize
@@ -19,6 +19,8 @@ from stickslip.cycles.branches.branch import (
     checked_cycle,
     continued,
 )
+from stickslip.cycles.branches.conditions import product, sequence_tests
+from stickslip.cycles.branches.curve import BifurcationCurve, bifurcation_curve
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.scene.checks import real_array, real_number, whole_number
@@ -43,6 +45,7 @@ NEAR_ONE = 0.3
 SHRUNK = 0.1
 
 
+@overload
 def continuation(
     cycle: Cycle,
     parameters: Mapping[str, Any],
@@ -51,21 +54,42 @@ def continuation(
     at: Sequence[float] = (),
     step: float = 0.02,
     points: int = 200,
-) -> Branch:
-    """Return the branch of periodic orbits through a cycle, stable or not, and where it changes.
+) -> Branch: ...
+@overload
+def continuation(
+    cycle: BranchPoint,
+    parameters: Mapping[str, Any],
+    model: Model | None = None,
+    *,
+    step: float = 0.02,
+    points: int = 200,
+) -> BifurcationCurve: ...
+def continuation(
+    cycle: Cycle | BranchPoint,
+    parameters: Mapping[str, Any],
+    model: Model | None = None,
+    *,
+    at: Sequence[float] = (),
+    step: float = 0.02,
+    points: int = 200,
+) -> Branch | BifurcationCurve:
+    """Return the branch of periodic orbits through a cycle, or the curve of bifurcations through its point.
 
     Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977), so that the branch goes
-    on where the parameter turns back. The sequence of events stays that of the cycle.
+    on where the parameter turns back. The sequence of events stays that of the cycle. From a point of
+    `Branch.points` its bifurcation is followed over two parameters.
 
     Parameters
     ----------
     cycle
-        Where to begin.
+        Where to begin: a cycle, or a point of a branch.
     parameters
         Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
-        value to reach. The branch is followed while the parameter lies between both.
+        value to reach. The branch is followed while the parameter lies between both. From a point of a branch
+        two of them with (lower, upper), the one of the branch and another one; the curve is followed to
+        the border of this rectangle.
     model
-        A function from keywords to a `Scene`; None: the scene of the cycle.
+        A function from keywords to a `Scene`, or a scene; None: the scene of the cycle.
     at
         Values of the parameter at which the branch has orbits besides those that its steps lead to;
         `Branch.at` returns them.
@@ -77,26 +101,42 @@ def continuation(
 
     Returns
     -------
-    Branch
-        Its `data` over ``point``, with the parameter as a coordinate: as `bifurcation` for its cycles, and
-        ``followed``: whether the contact laws of the scene hold all along the orbit. Its `points` in the
-        order of the branch, up to the first change of the sequence, beyond which the contact laws do not
-        hold. The critical multiplier of a period doubling is -1 within 1e-8, that of a fold is 1. Between
-        the two orbits around a fold no other point is looked for.
+    Branch or BifurcationCurve
+        From a point of a branch a `BifurcationCurve`.
+        From a cycle a `Branch`: its `data` over ``point``, with the parameter as a coordinate: as
+        `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene hold all along
+        the orbit. Its `points` in the order of the branch, up to the first change of the sequence, beyond
+        which the contact laws do not hold. The critical multiplier of a period doubling is -1 within 1e-8,
+        that of a fold is 1. Between the two orbits around a fold no other point is looked for.
 
     Raises
     ------
     InputError
         If `cycle` is none, the parameter is unknown or not a pair of two values, a value of `at` lies outside
-        of these, or an argument is ill-posed.
+        of these, or an argument is ill-posed; from a point of a branch if it lies outside of the rectangle.
     OrbitError
-        If Newton's method does not find the orbit at the first value.
+        If Newton's method does not find the orbit at the first value, or the bifurcation at the point.
+    Interrupted
+        On Ctrl-C along a curve of bifurcations; its ``partial`` holds the points found by then.
+
+    Notes
+    -----
+    On a curve of bifurcations the orbits around each point have two coordinates: the length of their branch
+    across the curve, and the parameters along it. One equation holds in them. For a fold it is the part of
+    the parameter in the tangent of the branch; for a period doubling or a torus a product over all
+    multipliers that is zero where one is -1 or two have the product 1; for a grazing or switching the event
+    function or the duration that vanishes. The secant method solves it, each orbit to rounding. The direction
+    of the curve is differenced, to 1e-7.
     """
-    checked_cycle(cycle)
     points = whole_number("points", points, 1)
     longest = real_number("step", step)
     if not 0.0 < longest <= 1.0:
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
+    if isinstance(cycle, BranchPoint):
+        if len(at):
+            raise InputError("at: expected no values where a bifurcation is followed over two parameters")
+        return bifurcation_curve(cycle, parameters, model, longest, points)
+    checked_cycle(cycle)
     source = cycle.scene if model is None else model
     name, begin, end, scene_at = between(source, parameters)
     chosen = real_array("at", at, 1)
@@ -168,11 +208,6 @@ def _ending(name: str, last: Placed, onward: float, scene_at: SceneAt) -> Iterab
         before = after
 
 
-def _product(cycle: Cycle, target: float) -> float:
-    # Real, because multipliers come in conjugate pairs; zero where one of them is at the target.
-    return float(np.prod(cycle.transverse_multipliers - target).real)
-
-
 def _pairs_outside(cycle: Cycle) -> float:
     """Modulus of the outermost complex pair less 1; -1 without one."""
     pairs = cycle.transverse_multipliers[np.abs(cycle.transverse_multipliers.imag) > 0.0]
@@ -181,8 +216,8 @@ def _pairs_outside(cycle: Cycle) -> float:
 
 def _crossings(name: str, before: Placed, after: Placed, scene_at: SceneAt) -> Iterable[BranchPoint]:
     tests: tuple[tuple[Kind, Callable[[Cycle], float], complex], ...] = (
-        ("period_doubling", lambda cycle: _product(cycle, -1.0), -1.0),
-        ("fold", lambda cycle: _product(cycle, 1.0), 1.0),
+        ("period_doubling", lambda cycle: product(cycle, -1.0), -1.0),
+        ("fold", lambda cycle: product(cycle, 1.0), 1.0),
         ("torus", _pairs_outside, np.nan),
     )
     for kind, test, target in tests:
@@ -217,20 +252,13 @@ def _root(test: Callable[[Cycle], float], before: Placed, after: Placed, scene_a
     return float(value), orbit(float(value))
 
 
-def _sequence_tests(cycle: Cycle) -> dict[tuple[Any, ...], float]:
-    """Everything that is positive while the sequence holds: margins and durations, by what they belong to."""
-    margins = {(m.phase, m.contact, m.kind, m.interior): m.value for m in cycle.margins()}
-    durations = {(k, None, "duration", False): float(d) for k, d in enumerate(cycle.core.durations)}
-    return {**margins, **durations}
-
-
 def _sequence_changes(name: str, before: Placed, after: Placed, scene_at: SceneAt) -> Iterable[BranchPoint]:
-    first, last = _sequence_tests(before[1]), _sequence_tests(after[1])
+    first, last = sequence_tests(before[1]), sequence_tests(after[1])
     for key in [key for key, value in last.items() if value < 0.0 <= first.get(key, 0.0)]:
 
         def test(cycle: Cycle, key: tuple[Any, ...] = key) -> float:
             # A local minimum appears as the function begins to dip: until then the phase has no such margin.
-            return _sequence_tests(cycle).get(key, np.inf)
+            return sequence_tests(cycle).get(key, np.inf)
 
         value, cycle = _bisected(test, before, after, scene_at)
         phase, contact, event, interior = key

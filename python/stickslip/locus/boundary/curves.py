@@ -11,8 +11,12 @@ import numpy as np
 
 from stickslip.scene.checks import Flags, Index, Real
 
-CurveKind = Literal["hopf", "divergence", "separation"]
-PointKind = Literal["double_hopf", "zero_hopf", "zero_frequency", "degenerate", "separation"]
+OrbitKind = Literal["fold", "period_doubling", "torus", "grazing", "switching"]
+CurveKind = Literal["hopf", "divergence", "separation"] | OrbitKind
+PointKind = Literal[
+    "double_hopf", "zero_hopf", "zero_frequency", "degenerate", "separation",
+    "cusp", "second_multiplier", "resonance", "sequence",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -23,7 +27,8 @@ class BoundaryCurve:
     ----------
     kind
         ``hopf``: a complex pair crosses the imaginary axis; ``divergence``: a real eigenvalue crosses zero;
-        ``separation``: the normal force of a contact vanishes in steady sliding, or the gap of an open one.
+        ``separation``: the normal force of a contact vanishes in steady sliding, or the gap of an open one;
+        a kind of `BranchPoint`: it holds of a periodic orbit, see `BifurcationCurve`.
     names
         Names of the two parameters.
     values
@@ -99,7 +104,7 @@ class BoundaryCurve:
 
     def __repr__(self) -> str:
         places = " to ".join(f"({a:.6g}, {b:.6g})" for a, b in self.values[[0, -1]])
-        what = f"{self.kind} of contact {self.name}" if self.kind == "separation" else self.kind
+        what = self.kind if self.name is None else f"{self.kind} of contact {self.name}"
         shape = "closed" if self.closed else places
         return f"BoundaryCurve({what} over {', '.join(self.names)}: {shape}, {len(self.values)} points)"
 
@@ -114,7 +119,7 @@ class CodimensionTwo:
         ``double_hopf``: two pairs are on the imaginary axis; ``zero_hopf``: a pair and a real eigenvalue;
         ``zero_frequency``: the frequency of a Hopf curve vanishes, and it ends on a divergence;
         ``degenerate``: the curve turns in one of the parameters, over the other one growth touches zero;
-        ``separation``: a contact separates on a Hopf curve.
+        ``separation``: a contact separates on a Hopf curve; those of periodic orbits: see `BifurcationCurve`.
     values
         The two parameters by name.
     frequencies
@@ -122,7 +127,9 @@ class CodimensionTwo:
     parameter
         Of a degenerate point the parameter that has an extreme there on its curve; None elsewhere.
     contact, name
-        Index and name of the contact that separates; None elsewhere.
+        Index and name of the contact that separates, or at whose event a sequence changes; None elsewhere.
+    multiplier
+        Of a periodic orbit the second one on the unit circle, or that which a pair becomes; None elsewhere.
     """
 
     kind: PointKind
@@ -131,10 +138,13 @@ class CodimensionTwo:
     parameter: str | None = None
     contact: int | None = None
     name: str | None = None
+    multiplier: complex | None = None
 
     @property
     def remark(self) -> str:
         """What the kind leaves open, in words."""
+        if self.multiplier is not None:
+            return f"multiplier {self.multiplier:.6g}"
         if self.parameter is not None:
             return f"extreme of {self.parameter}"
         return "" if self.contact is None else f"contact {self.name}"

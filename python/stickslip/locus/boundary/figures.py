@@ -16,12 +16,30 @@ from stickslip.show.style import quantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Line of every kind of curve.
+#: Line of every kind of curve of steady sliding, and of those of periodic orbits.
 LINES: dict[str, Any] = {"hopf": "-", "divergence": "-.", "separation": "--"}
-#: Colour and width without steady sliding, beside other growing modes, and where stability ends.
-STYLES = (("0.5", 0.7), ("black", 0.7), ("black", 1.6))
+OF_ORBITS: dict[str, Any] = {
+    "fold": "-",
+    "period_doubling": "--",
+    "torus": "-.",
+    "grazing": ":",
+    "switching": (0, (5, 1, 1, 1, 1, 1)),
+}
+#: Their colours.
+SLIDING, ORBITS = "black", "tab:blue"
+#: Width without steady sliding, where a curve is grey, beside other growing modes, and where stability ends.
+WIDTHS = (0.7, 0.7, 1.6)
 #: Marker of every kind of point of codimension two; a degenerate one is only where a curve turns.
-MARKERS = {"double_hopf": "o", "zero_hopf": "s", "zero_frequency": "D", "separation": "^"}
+MARKERS = {
+    "double_hopf": "o",
+    "zero_hopf": "s",
+    "zero_frequency": "D",
+    "separation": "^",
+    "cusp": "v",
+    "second_multiplier": "o",
+    "resonance": "D",
+    "sequence": "x",
+}
 
 
 def stability_boundary(
@@ -55,13 +73,18 @@ def stability_boundary(
         grid = growth[across].to_numpy(), growth[upward].to_numpy()
         shades = axes.pcolormesh(*grid, rates, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
         axes.figure.colorbar(shades, ax=axes, label="largest growth rate, 1/s")
-    handles: dict[str, Line2D] = {}
+    drawn = axes.get_legend()
+    labels = [] if drawn is None else [text.get_text() for text in drawn.get_texts()]
+    handles: dict[str, Any] = dict(zip(labels, [] if drawn is None else drawn.legend_handles, strict=True))
     for curve in curves:
+        own = SLIDING if curve.kind in LINES else ORBITS
+        line = {**LINES, **OF_ORBITS}[curve.kind]
         # Pieces that look alike are one line, so that its dashes go on.
         for piece, look in pieces(curve, spans, points):
-            colour, width = STYLES[look]
-            axes.plot(piece[:, 1], piece[:, 0], LINES[curve.kind], color=colour, linewidth=width, label="_")
-        handles[curve.kind] = Line2D([], [], color="black", linestyle=LINES[curve.kind], label=curve.kind)
+            style: dict[str, Any] = {"color": own if look else "0.5", "linewidth": WIDTHS[look], "label": "_"}
+            axes.plot(piece[:, 1], piece[:, 0], linestyle=line, **style)
+        label = curve.kind.replace("_", " ")
+        handles[label] = Line2D([], [], color=own, linestyle=line, label=label)
     for point in points:
         if point.kind in MARKERS:
             label = point.kind.replace("_", " ") + (" on a Hopf curve" if point.kind == "separation" else "")
