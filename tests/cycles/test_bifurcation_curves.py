@@ -285,6 +285,27 @@ def test_a_grazing_within_a_sequence_ends_where_another_event_changes():
     assert np.abs([value for value, _ in touches[:2]]).max() <= 1e-8
 
 
+@pytest.mark.slow
+def test_two_events_meet_up_to_where_a_flight_vanishes():
+    """On one curve contact 1 just does not lift off; where its flight vanishes on the other, the two meet."""
+    plane = {"friction": (1.32, 1.37), "slider_speed": (0.0238, 0.0254)}
+    ends = {}
+    for first, towards in ((1.7, 1.5), (1.4, 1.3)):
+        scene = ss.models.two_subsystems(friction=first)
+        start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
+        cycle = ss.simulate(scene, 0.6, start).limit_cycle()
+        (point,) = ss.continuation(cycle, {"friction": (first, towards)}, step=0.2).points
+        wide = {"friction": (1.3, 1.7), "slider_speed": (0.0238, 0.027)} if first == 1.7 else plane
+        found = ss.continuation(point, wide, step=0.3)
+        assert found.curve.error.max() <= 1e-10
+        last = {"grazing": "sequence", "switching": "lost"}[found.curve.kind]
+        assert set(found.curve.ends) == {"range", last}
+        ends[found.curve.kind] = found.curve.values[0 if found.curve.ends[0] == last else -1]
+    assert set(ends) == {"grazing", "switching"}
+    # The flight is lost when it lasts some 1e-5 s; friction differs by the square of that.
+    assert ends["switching"] == pytest.approx(ends["grazing"], rel=1e-4)
+
+
 def test_an_interrupted_curve_keeps_its_points(monkeypatch):
     further, left = plane_curve._shortened, [3]
 

@@ -51,7 +51,7 @@ class BifurcationCurve(Shown):
         from 1 or -1; of a torus by how much a modulus differs from 1; of a change of the sequence the event
         function (m/s, N or m) or the duration (s) that vanishes. ``ends``: ``range``, ``closed``, ``points``
         (as many as were allowed), ``sequence``, ``resonance``, or ``lost`` if it could not be followed, as
-        where an event comes to touch zero instead of crossing it.
+        where an event comes to touch zero instead of crossing it, or a phase shrinks to nothing.
     cycles
         The orbit at every point.
     points

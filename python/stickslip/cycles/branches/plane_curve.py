@@ -21,6 +21,8 @@ AIM, BEND = 0.99, 0.9
 GROWTH = 1.5
 #: Velocity in the unit square below which the direction of the parameters is kept, as near a cusp.
 STILL = 1e-3
+#: Sine of the angle between curve and coordinates up to which these are not turned again; turns at most.
+ALIGNED, ALIGNMENTS = 0.1, 3
 #: Velocities below this are rounding of differences: a straight curve does not turn.
 STRAIGHT = 1e-6
 #: Relative accuracy of a place between two points at which something changes.
@@ -54,13 +56,18 @@ class Node:
         return self.chart.corrected(h * direction, direction)
 
     def renewed(self, spot: Spot) -> Node:
-        """Return the node at an orbit further on the curve."""
-        along, velocity = self.chart.along, self.motion.velocity
-        speed = float(np.linalg.norm(velocity))
-        if speed > STILL:
-            along = velocity / (speed * np.sign(velocity @ along or 1.0))
-        chart = Chart.at(spot, along)
-        return Node(chart, chart.motion(np.zeros(2), self.motion.direction))
+        """Return the node at an orbit further on the curve, with coordinates along the curve itself."""
+        node = self
+        for _ in range(ALIGNMENTS):
+            along, velocity = node.chart.along, node.motion.velocity
+            speed = float(np.linalg.norm(velocity))
+            if speed > STILL:
+                along = velocity / (speed * np.sign(velocity @ along or 1.0))
+            chart = Chart.at(spot, along)
+            node = Node(chart, chart.motion(np.zeros(2), node.motion.direction))
+            if abs(node.motion.velocity @ chart.across) <= ALIGNED * speed:
+                break
+        return node
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +101,6 @@ def started(spot: Spot, along: Real) -> Node:
     chart, ahead = Chart(spot, along, spot.place), np.array([0.0, 1.0])
     chart = Chart.at(chart.corrected(np.zeros(2), ahead)[1], along)
     node = Node(chart, chart.motion(np.zeros(2), ahead))
-    # With coordinates along the curve itself, not along an axis.
     return node.renewed(node.spot)
 
 
