@@ -26,7 +26,7 @@ OF_ORBITS: dict[str, Any] = {
     "switching": (0, (5, 1, 1, 1, 1, 1)),
 }
 #: Their colours.
-SLIDING, ORBITS = "black", "tab:blue"
+SLIDING, ORBITS = "black", "darkgreen"
 #: Width without steady sliding, where a curve is grey, beside other growing modes, and where stability ends.
 WIDTHS = (0.7, 0.7, 1.6)
 #: Marker of every kind of point of codimension two; a degenerate one is only where a curve turns.
