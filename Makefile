@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench docs pages gallery examples wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench compare docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -107,6 +107,16 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/missed_events.py
 	$(BIN)/python benchmarks/friction_laws.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)
+
+# Where the other programs are: interpreters that import Siconos and pyHarm, the program of CalculiX; AUTO_DIR and FC for
+# AUTO-07p. A program that is missing fails its page, and the others are written.
+SICONOS ?= python3
+PYHARM ?= python3
+CCX ?= ccx
+compare: $(VENV)/.bench ## Run this program beside others and write docs/comparisons; SICONOS=, PYHARM=, CCX=, AUTO_DIR= say where they are
+	@status=0; for peer in heyoka auto "calculix --peer $(CCX)" "siconos --peer $(SICONOS)" "pyharm --peer $(PYHARM)"; do \
+		PYTHONPATH=benchmarks $(BIN)/python -m comparisons.$$peer --into docs/comparisons/$${peer%% *}.md || status=1; \
+	done; exit $$status
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
 	$(BIN)/python -m pytest tests/test_pages.py

@@ -60,8 +60,8 @@ def by_scipy(method: str, relative: float) -> Callable[[], np.ndarray]:
     return run
 
 
-def by_heyoka() -> Callable[[], np.ndarray]:
-    """Return the turns by heyoka: an integrator for each sign of the velocity, and an ulp as tolerance."""
+def by_heyoka(tolerance: float = 0.0) -> Callable[[], np.ndarray]:
+    """Return the turns by heyoka, an integrator for each sign of the velocity; tolerance 0: an ulp."""
     import heyoka as hy
 
     x, v, z = hy.make_vars("x", "v", "z")
@@ -73,7 +73,7 @@ def by_heyoka() -> Callable[[], np.ndarray]:
         equations = [(x, v), (v, SPRING * (PULLED * hy.time - x) - friction), (z, bent)]
         falling = hy.event_direction.negative if sign > 0.0 else hy.event_direction.positive
         return hy.taylor_adaptive(
-            equations, [0.0, 0.0, 0.0], t_events=[hy.t_event(v, direction=falling)], tol=0.0
+            equations, [0.0, 0.0, 0.0], t_events=[hy.t_event(v, direction=falling)], tol=tolerance
         )
 
     both = {sign: integrator(sign) for sign in (1.0, -1.0)}

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import importlib.metadata
+import os
 import platform
 import re
+import subprocess
 import sys
 from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
 
 from rich import box
@@ -51,9 +54,10 @@ class Report:
             raise SystemExit(f"{page} has no block between '{begin}' and '{end}'")
         page.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old))
 
-    def finish(self, page: Path | None, *packages: str) -> None:
-        """Add the versions of packages and the machine, and put all into a page, as `into` does."""
-        self.text(f"{versions(*packages)}; {machine()}.")
+    def finish(self, page: Path | None, *packages: str, peers: str = "") -> None:
+        """Add versions, also of other programs, commit, date and machine, and write as `into` does."""
+        used = ", ".join(part for part in (versions(*packages), peers) if part)
+        self.text(f"{used}; commit {commit()}, {date.today():%Y-%m-%d}; {machine()}.")
         self.into(page)
 
 
@@ -77,6 +81,21 @@ def machine() -> str:
         clocks = [float(value) for key, _, value in fields if key.strip() == "cpu MHz"]
         processor = f"{len(named)} x {named[0]} at {max(clocks, default=0.0) / 1e3:.1f} GHz"
     return f"{processor}, {platform.system()} {platform.machine()}, Python {platform.python_version()}"
+
+
+def commit() -> str:
+    """Return the commit of the sources, ``-dirty`` where they differ from it, and the profile of the core.
+
+    BUILD names the profile in which the core was compiled, where it is not the one of the verbs.
+    """
+    root = Path(__file__).parent.parent
+    head = ["git", "-C", str(root), "rev-parse", "--short=8", "HEAD"]
+    changed = ["git", "-C", str(root), "status", "--porcelain", "--", "rust", "python", "benchmarks"]
+    name, changes = (
+        subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+        for command in (head, changed)
+    )
+    return f"{name}{'-dirty' if changes else ''}, {os.environ.get('BUILD', 'release')} build"
 
 
 def versions(*packages: str) -> str:

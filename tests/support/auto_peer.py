@@ -49,8 +49,8 @@ def run(program, constants, folder):
     return [row for row in rows if row[0] != "0"]
 
 
-def curves(folder):
-    """Return rows of text: number of the Hopf point, slider speed, kinetic friction."""
+def compiled(folder):
+    """Return the program of AUTO for the scene, compiled into a folder."""
     home = Path(os.environ.get("AUTO_DIR", "/usr/lib/auto-07p"))
     compiler = shlex.split(os.environ.get("FC", "gfortran -fopenmp"))
     program = folder / "hopf"
@@ -58,6 +58,11 @@ def curves(folder):
     subprocess.run(
         [*compiler, "-O", str(REFERENCE / "hopf.f90"), *objects, "-o", str(program)], cwd=folder, check=True
     )
+    return program
+
+
+def curves(program, folder):
+    """Return rows of text: number of the Hopf point, slider speed, kinetic friction."""
     first = run(program, (REFERENCE / "c.equilibrium").read_text(), folder)
     shutil.copy(folder / "fort.8", folder / "equilibrium")
     # Type 3 is a Hopf point; labels count what is stored.
@@ -75,7 +80,7 @@ def curves(folder):
 def main():
     """Print the curves."""
     with tempfile.TemporaryDirectory() as folder:
-        print("\n".join(curves(Path(folder))))
+        print("\n".join(curves(compiled(Path(folder)), Path(folder))))
 
 
 if __name__ == "__main__":
