@@ -89,6 +89,17 @@ def test_links_between_pages_lead_somewhere():
                 assert place in slugs, f"{page}: {link}#{place}"
 
 
+def test_tables_of_a_comparison_state_one_commit_and_one_build():
+    written = re.compile(r"<!-- ([\w-]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
+    pages_of_peers = [page for name, page in SHORT.items() if name.startswith("docs/comparisons/")]
+    assert len(pages_of_peers) == 5
+    for page in pages_of_peers:
+        blocks = written.findall(page.read_text(encoding="utf-8"))
+        assert [name for name, _ in blocks] == [page.stem]
+        stated = re.findall(r"; commit ([0-9a-f]{8}, \w+ build), \d{4}-\d\d-\d\d; ", blocks[0][1])
+        assert len(stated) == 1, page
+
+
 def test_every_picture_of_a_page_is_shown():
     for page in SHORT.values():
         typed = "".join(block for _, block, _ in pages.BLOCK.findall(page.read_text(encoding="utf-8")))
