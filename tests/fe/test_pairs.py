@@ -36,7 +36,8 @@ def test_a_node_on_a_face_feels_what_the_face_does_there(plates):
     np.testing.assert_allclose(pairs.areas.sum(), 0.02 * 0.01, rtol=1e-12)
     # Velocity of the disc below each node: across the arm, 30 rad/s times its length.
     arm = pairs.points[:, :2] - [0.01, 0.05]
-    np.testing.assert_allclose([c.slider_speed for c in pairs.contacts], 30.0 * np.hypot(*arm.T), rtol=1e-12)
+    speeds = [c.slider_speed for c in pairs.contacts]
+    np.testing.assert_allclose(speeds, np.outer(30.0 * np.hypot(*arm.T), [1, 0]), rtol=1e-12)
     np.testing.assert_allclose(
         pairs.tangents[:, :2] * np.hypot(*arm.T)[:, None], arm @ [[0, 1], [-1, 0]], atol=1e-15
     )
@@ -49,10 +50,14 @@ def test_a_node_on_a_face_feels_what_the_face_does_there(plates):
         below = pairs.points - 2e-6 * pairs.normals
         offset = pairs.points @ a.T + c - below @ b.T - d
         for k in range(len(pairs)):
-            assert scene.normal_direction(k) @ x == pytest.approx(pairs.normals[k] @ offset[k], abs=1e-13)
-            assert scene.tangential_direction(k) @ x == pytest.approx(
-                pairs.tangents[k] @ offset[k], abs=1e-13
+            across = np.cross(pairs.normals[k], pairs.tangents[k])
+            found = (
+                scene.normal_direction(2 * k),
+                scene.tangential_direction(2 * k),
+                scene.tangential_direction(2 * k + 1),
             )
+            for direction, own in zip((pairs.normals[k], pairs.tangents[k], across), found, strict=True):
+                assert own @ x == pytest.approx(direction @ offset[k], abs=1e-13)
 
 
 def test_nodes_that_face_nodes_touch_two_dofs_a_direction():
@@ -63,9 +68,13 @@ def test_nodes_that_face_nodes_touch_two_dofs_a_direction():
         assert len(pairs) == 9
         for contact, node in zip(pairs.contacts, pairs.nodes, strict=True):
             assert contact.gap == 0.0
-            assert len(contact.normal) == len(contact.tangential) == 2
-            assert contact.normal[f"pad.{node}.3"] == 1.0
-            assert sorted(contact.tangential.values()) == [-1.0, 1.0]
+            assert contact.normal == {f"pad.{node}.3": 1.0} | {
+                dof: -1.0 for dof in contact.normal if dof.startswith("disc")
+            }
+            for direction, axis in zip(contact.tangential, (1, 2), strict=True):
+                assert len(direction) == len(contact.normal) == 2
+                assert sorted(direction.values()) == [-1.0, 1.0]
+                assert all(dof.endswith(f".{axis}") for dof in direction)
     # What hangs over has no partner.
     beyond = plate((2, 2, 1), (0.04, 0.02, 0.004), (0.01, 0.01, 0.003), name="pad")
     pairs = ss.fe.contact_pairs(

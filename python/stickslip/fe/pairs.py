@@ -51,9 +51,6 @@ class Pairs(Shown):
         nodes are known.
     unpaired
         Nodes of the first surface that face nothing.
-    transverse
-        Directions across the sliding, within the surface, for `complex_modes`: one by dof per pair, empty in
-        the plane and where all dofs are held.
     """
 
     contacts: tuple[Contact, ...]
@@ -63,13 +60,12 @@ class Pairs(Shown):
     tangents: Real
     areas: Real
     unpaired: NDArray[np.int64]
-    transverse: tuple[dict[str, float], ...]
 
     def __len__(self) -> int:
         return len(self.contacts)
 
     def __repr__(self) -> str:
-        speeds = [contact.slider_speed for contact in self.contacts]
+        speeds = [_speed(contact) for contact in self.contacts]
         gaps = [contact.gap for contact in self.contacts]
         text = f"Pairs({len(self)}, slider speed {min(speeds):g} to {max(speeds):g} m/s"
         text += f", gap {min(gaps):g} to {max(gaps):g} m"
@@ -78,7 +74,7 @@ class Pairs(Shown):
     def summary(self) -> Summary:
         """Return a table of the pairs."""
         rows = [
-            (str(k), str(node), contact.slider_speed, contact.gap, float(area))
+            (str(k), str(node), _speed(contact), contact.gap, float(area))
             for k, (node, contact, area) in enumerate(zip(self.nodes, self.contacts, self.areas, strict=True))
         ]
         headings = ("contact", "node", "slider speed, m/s", "gap, m", "area, m2")
@@ -139,6 +135,7 @@ def contact_pairs(
     restitution: float = 0.0,
     gap: float | None = None,
     reach: float | None = None,
+    plane: bool = True,
 ) -> Pairs:
     """Return the contacts between the nodes of one surface and another surface, or a rigid slider.
 
@@ -162,6 +159,11 @@ def contact_pairs(
         Clearance of every pair at rest, m. None: as the surfaces lie, 0 to a rigid slider.
     reach
         Largest distance between node and facet, m; None: the size of the facets.
+    plane
+        Whether friction acts in the plane of the surface: it opposes the slip velocity, whatever direction
+        that has, and damps motion across the velocity. A scene lists such a pair as two contacts, the first
+        one along the velocity. False: friction acts along the velocity alone, as it always does between
+        bodies in the plane, without friction, and where all dofs across the velocity are held.
 
     Raises
     ------
@@ -183,24 +185,24 @@ def contact_pairs(
     weights, normals, points = [weights[k] for k in paired], normals[paired], first.points[paired]
     gaps = gaps[paired] if gap is None else np.full(paired.size, real_number("gap", gap))
     speeds, tangents = _sliding(velocity, first.numbers[paired], points, normals)
-    across = np.cross(normals, tangents) if dimension == 3 else np.zeros(normals.shape)
-    contacts, transverse = [], []
+    in_plane = plane and dimension == 3 and friction != 0.0
+    across = np.cross(normals, tangents) if in_plane else np.zeros(normals.shape)
+    contacts = []
     for k, place in enumerate(paired):
         node = first.numbers[place]
-        transverse.append(_entries(first, second, int(node), weights[k], across[k]))
-        normal, tangential = (
-            _entries(first, second, int(node), weights[k], d) for d in (normals[k], tangents[k])
+        normal, tangential, beside = (
+            _entries(first, second, int(node), weights[k], d) for d in (normals[k], tangents[k], across[k])
         )
         if not normal or not tangential:
             which = "tangential" if normal else "normal"
             raise InputError(f"first: all dofs of the pair of node {node} are held in its {which} direction")
         contacts.append(
             Contact(
-                tangential=tangential,
+                tangential=(tangential, beside) if beside else tangential,
                 normal=normal,
                 friction=friction,
                 static_friction=static_friction,
-                slider_speed=float(speeds[k]),
+                slider_speed=(float(speeds[k]), 0.0) if beside else float(speeds[k]),
                 restitution=restitution,
                 gap=float(gaps[k]),
             )
@@ -217,8 +219,11 @@ def contact_pairs(
         tangents,
         areas,
         first.numbers[unpaired],
-        tuple(transverse),
     )
+
+
+def _speed(contact: Contact) -> float:
+    return float(np.max(contact.slider_speed))
 
 
 #: What one node faces: places of nodes in the second surface and their weights.

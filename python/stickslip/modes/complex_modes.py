@@ -14,7 +14,6 @@ from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
 from stickslip.modes.sparse.search import MARGIN, Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
-from stickslip.modes.transverse import with_transverse_friction
 from stickslip.scene.checks import Complex, Index, real_array, whole_number
 from stickslip.scene.contact import EntriesLike
 from stickslip.scene.scene import Scene, checked_combination
@@ -35,7 +34,6 @@ def complex_modes(
     near: ArrayLike | None = None,
     count: int = 20,
     certify: bool = True,
-    transverse: Sequence[EntriesLike | None] | None = None,
 ) -> Modes:
     """Return the complex modes of a scene: all of them, or those of a band or near given points.
 
@@ -58,18 +56,12 @@ def complex_modes(
     certify
         With `band`: whether the modes that are missing are counted (`Modes.missing`); without the count,
         which takes several factorizations more, a mode can be missed unnoticed.
-    transverse
-        Directions b across the sliding in which friction damps: one per contact, by dof such as ``{"12.2":
-        1.0}`` or as a vector (n,), or None; `stickslip.fe.Pairs.transverse` has those of a mesh. A contact
-        that slides steadily adds ``mu N_0 / |v| b b'`` to the damping, with its normal force N_0 in the
-        equilibrium of the combination: friction opposes the slip velocity, and a small velocity across the
-        sliding turns the force without changing its size. Only modes have this damping, motions do not.
 
     Raises
     ------
     InputError
         If `combination` does not fit the scene, or a slider speed is zero where none is given; if `band`,
-        `growth`, `near`, `count` or `transverse` is ill-posed, or both `band` and `near` are given.
+        `growth`, `near` or `count` is ill-posed, or both `band` and `near` are given.
         If a contact slips without mass at a speed at which its law of friction has levelled off.
     NoSteadyStateError
         If none is given and a contact would pull in steady sliding. With a combination the modes are computed
@@ -97,8 +89,6 @@ def complex_modes(
     count the shifts cover the band all the same.
     """
     chosen = checked_combination(scene, combination)
-    if transverse is not None:
-        scene = with_transverse_friction(scene, chosen, transverse)
     if near is not None and band is not None:
         raise InputError("near: cannot be given together with band; call it once with each")
     if band is None and tuple(growth) != (None, None):

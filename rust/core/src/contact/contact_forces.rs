@@ -135,7 +135,22 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
         let (held, found) = dependent_forces(scene, w, statuses);
         return found.of_rows * w.select_rows(&held);
     }
-    let (matrix, rows) = status_equations(w, statuses, |i| scene.contacts[i].friction);
+    let (mut matrix, mut rows) = status_equations(w, statuses, |i| scene.contacts[i].friction);
+    for contacts in scene.planes().filter(|&[first, _]| statuses[first].is_closed()) {
+        let normal = 2 * contacts[0] + 1;
+        for contact in contacts {
+            let law = &scene.contacts[contact];
+            if statuses[contact] == Status::Slipping {
+                let factor = law.friction_along(Status::Slipping) * law.friction;
+                matrix[(2 * contact, normal)] = -factor;
+            }
+            if law.shares_normal() {
+                let shared = 2 * contact + 1;
+                rows.retain(|&row| row != shared);
+                (matrix[(shared, shared)], matrix[(shared, normal)]) = (1.0, -1.0);
+            }
+        }
+    }
     let mut held = DMatrix::zeros(w.nrows(), w.nrows());
     rows.into_iter().for_each(|row| held.set_row(row, &w.row(row)));
     Factors::new(matrix).solve(held)

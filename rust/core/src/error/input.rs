@@ -263,7 +263,7 @@ pub enum Error {
     Memory { size: usize },
     /// Modes are asked for in a combination in which one contact slides by a law of friction and another one sticks.
     #[error(
-        "combination {combination:?}: friction of contact {contact} depends on slip speed and contact {stuck} sticks, so there is no steady state about which motions are linear"
+        "combination {combination:?}: friction of contact {contact} depends on its slip velocity and contact {stuck} sticks, so there is no steady state about which motions are linear"
     )]
     NoSteadyState {
         /// The contact with the law.

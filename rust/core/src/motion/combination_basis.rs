@@ -110,6 +110,11 @@ impl CombinationBasis {
             };
             Ok((Propagator::Taylor(Box::new(operator)), left))
         };
+        if let Some([contact, _]) = scene.planes().next().filter(|_| scene.contacts_coupled()) {
+            let reason =
+                "contacts that mass couples, in a motion; lump the mass, and pair nodes with nodes";
+            return Err(Error::Plane { contact, reason });
+        }
         let law =
             scene.sliding_by_law(combination).next().map(|(contact, _)| LawOf::Contact(contact));
         let element = || scene.nonlinear_elements().next().map(|(place, _)| LawOf::Element(place));

@@ -192,10 +192,10 @@ impl LawMotion {
             let mut residual = own.residual(0.0, q, &u);
             operator.push(&forces, &mut residual);
             for (place, one) in operator.planes.iter().enumerate() {
-                let given = [&u, &residual].map(|of| one.coordinates.map(|row| of[row]));
+                let of = |values: &[f64]| one.coordinates.map(|row| values[row]);
+                let given = (one.limit.rate(q, &u), of(&u), of(&residual));
                 let (series, slipping) = (&self.planes[place], &mut slipping[place]);
-                let limit = one.limit.rate(q, &u);
-                let force = series.carry(one, &planes[place], slipping, k, limit, given, h);
+                let force = series.carry(one, &planes[place], slipping, k, given, h);
                 one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
             }
             equation.accelerate(&mut residual, &mut acceleration);

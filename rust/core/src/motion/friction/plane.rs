@@ -663,8 +663,7 @@ impl PlaneSeries {
         slopes: &PlaneSlopes,
         neighbour: &mut PlaneNeighbour,
         k: usize,
-        limit: f64,
-        [slip, reaction]: [[f64; 2]; 2],
+        (limit, slip, reaction): (f64, [f64; 2], [f64; 2]),
         width: f64,
     ) -> [f64; 2] {
         let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;

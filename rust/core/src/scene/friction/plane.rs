@@ -57,8 +57,8 @@ impl Scene {
         let beside: Vec<(usize, usize)> = beside.collect();
         let Some(&(contact, _)) = beside.first() else { return Ok(self) };
         let refused = |reason| Err(Error::Plane { contact, reason });
-        if self.contacts_coupled() {
-            return refused("contacts that mass couples or whose directions depend on each other");
+        if self.has_dependent_directions() {
+            return refused("contacts whose directions depend on each other");
         }
         if !self.massless.is_empty() {
             return refused("dofs without mass or compliant contacts");

@@ -135,7 +135,7 @@ fn input(bodies: usize, numbers: &[f64], [general, equal, pressed]: [bool; 3]) -
     let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
     let contact = |i: usize| ContactInput {
         tangential: Some(Direction::Dof(i)),
-        normal: (pressed && i % 2 == 0).then_some(Direction::Dof(plane + i / 2)),
+        normal: (pressed && i.is_multiple_of(2)).then_some(Direction::Dof(plane + i / 2)),
         normal_force: if pressed { 0.0 } else { 1.0 + 5.0 * number(i / 2 + 2).abs() },
         friction: 0.5 + 0.3 * number(i / 2 + 7),
         static_friction: 0.9,
