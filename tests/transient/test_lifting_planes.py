@@ -99,9 +99,9 @@ def test_steady_sliding_and_its_modes_are_those_of_the_closed_form():
     assert off.min(axis=1).max() < 1e-12
 
 
-@pytest.mark.parametrize("seed", [5, 25, 35, 55])
-def test_multipliers_are_the_derivative_of_the_stroboscopic_map(seed):
-    """Impacts with friction or without, series of bounces, stops, onsets and lift-off of one mass."""
+@pytest.mark.parametrize(("seed", "other"), [(5, 1.1), (25, 1.1), (35, 1.1), (55, 1.1), (25, 1.6), (35, 0.8)])
+def test_multipliers_are_the_derivative_of_the_stroboscopic_map(seed, other):
+    """Impacts with friction, series of bounces, stops, onsets and lift-off; also with two masses in the plane."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3, 3))
     stiffness = np.diag(rng.uniform(1, 3, 3)) + 0.2 * root @ root.T
@@ -115,7 +115,7 @@ def test_multipliers_are_the_derivative_of_the_stroboscopic_map(seed):
         restitution=float(rng.choice([0.0, 0.3])),
     )
     scene = ss.Scene(
-        [1.1, 1.1, 0.7],
+        [1.1, other, 0.7],
         stiffness,
         0.06 * stiffness,
         force=[0.0, 0.0, -1.0],
@@ -144,7 +144,7 @@ def test_multipliers_are_the_derivative_of_the_stroboscopic_map(seed):
     columns = [(after(place + step * unit) - after(place - step * unit)) / (2 * step) for unit in units]
     known = sorted(np.abs(np.linalg.eigvals(np.transpose(columns))))
     found = sorted(np.abs(cycle.multipliers))[-len(known) :]
-    np.testing.assert_allclose(found, known, atol=1e-8)
+    np.testing.assert_allclose(found, known, atol=5e-8)
 
 
 def test_an_impulse_in_the_cone_obeys_the_balance_of_momentum():

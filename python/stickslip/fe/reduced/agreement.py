@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from stickslip.scene.checks import Complex, Real
@@ -103,13 +104,22 @@ def shown(value: complex) -> str:
     return f"{abs(value) / (2.0 * np.pi):.5g} Hz with the growth rate {value.real:.3g} 1/s"
 
 
+def moves_on(values: Complex) -> NDArray[np.bool_]:
+    """Return which eigenvalues oscillate or grow: the others have no frequency and decay without a trace.
+
+    Friction across the sliding makes many of them, of which each contact has one or two.
+    """
+    return (values.imag != 0.0) | (values.real > 0.0)
+
+
 def compared(full: Complex, offered: Complex, band: Real, tolerance: float) -> Agreement:
     """Return how eigenvalues of a reduced scene agree with those of a band, Hz, of the full one.
 
-    Both are of the upper half plane. Pairs are those with the least sum of relative distances. An eigenvalue
+    Both are of the upper half plane; those of the reduced scene count that oscillate or grow. Pairs are those with the least sum of relative distances. An eigenvalue
     that is nearer to an end of the band than the accuracy of frequencies can belong to a mode outside the
     band, and is not called spurious.
     """
+    offered = offered[moves_on(offered)]
     sizes = np.abs(full)
     sizes = np.maximum(sizes, ZERO * sizes.max())
     distance = np.abs(full[:, None] - offered[None, :]) / sizes[:, None]

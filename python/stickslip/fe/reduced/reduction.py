@@ -16,7 +16,7 @@ import scipy.linalg
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.agreement import Agreement, compared
+from stickslip.fe.reduced.agreement import Agreement, compared, moves_on
 from stickslip.fe.reduced.contact_coordinates import Coordinate, sparse
 from stickslip.fe.reduced.craig_bampton import CraigBampton
 from stickslip.fe.reduced.macneal import MacNeal
@@ -286,6 +286,7 @@ def reduce(
         found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
     else:
         found = full_modes[(full_modes.frequencies >= ends[0]) & (full_modes.frequencies <= ends[1])]
+    found = found[moves_on(found.eigenvalues)]
     full = found.eigenvalues
     if not full.size:
         raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")

@@ -64,11 +64,6 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
-        if let Some(contact) = scene.unlike_masses_in_planes() {
-            let reason =
-                "unlike masses along its directions, in the linearised motion of limit cycles";
-            return Err(Error::Plane { contact, reason });
-        }
         let linear = of_phase(scene, &basis.combination);
         let by_law = linear.sliding_by_law(&basis.combination).next().is_some()
             || linear.slipping_in_planes(&basis.combination).next().is_some()

@@ -14,7 +14,7 @@
 //! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
 //! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, DVector, Matrix2, RowDVector, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::event_function::{EventFunction, ending, event_functions};
@@ -283,8 +283,8 @@ impl Passage {
         Ok(SparseMatrix::from_dense(&matrix))
     }
 
-    /// What the impulse of friction in a plane, `m w+ = m w - p e`, `p = mu (1 + restitution) m_n |g'|`, changes of the slip
-    /// velocities w; both masses are alike.
+    /// What the impulse of friction in a plane changes of the slip velocities w. Of `M w+ + p e+ = M w-` with `e = w / |w|` and
+    /// `p = mu (1 + restitution) m_n |g'|` follows `(M + p (I - e e') / |w+|) dw+ = M dw- - e dp`; nothing changes a stop.
     fn impact_in_plane(
         &self,
         scene: &Scene,
@@ -295,25 +295,26 @@ impl Passage {
         let law = &scene.contacts[self.contact];
         let n = scene.size;
         let rows = [n + law.tangential, n + plane.tangential];
-        let sliders = [law.slider_speed, plane.slider_speed];
-        let slip = |of: &[f64]| [0, 1].map(|i| of[rows[i]] - sliders[i]);
-        let [before, after] = [slip(end), slip(arrived)];
-        let [speed, left] = [before, after].map(|w| w[0].hypot(w[1]));
-        let direction = before.map(|w| if speed == 0.0 { 0.0 } else { w / speed });
-        // The part of w that the impulse leaves, across its direction.
-        let part = if speed == 0.0 { 0.0 } else { left / speed };
-        let moves = if left == 0.0 { 0.0 } else { 1.0 };
-        let ratio =
-            scene.mass.get(law.normal, law.normal) / scene.mass.get(law.tangential, law.tangential);
-        let by_approach = moves * law.friction * (1.0 + law.restitution) * ratio;
+        let sliders = Vector2::new(law.slider_speed, plane.slider_speed);
+        let left = Vector2::from(rows.map(|row| arrived[row])) - sliders;
+        let mass = [law.tangential, plane.tangential].map(|k| scene.mass.get(k, k));
+        let mass = Matrix2::from_diagonal(&Vector2::from(mass));
+        let by_approach =
+            law.friction * (1.0 + law.restitution) * scene.mass.get(law.normal, law.normal);
+        let approach = n + law.normal;
+        let speed = left.norm();
+        let e = if speed == 0.0 { left } else { left / speed };
+        let across = Matrix2::identity() - e * e.transpose();
+        let turned = mass - across * (by_approach * end[approach] / speed);
+        let inverse = match speed == 0.0 {
+            true => Matrix2::zeros(),
+            false => turned.try_inverse().unwrap_or_else(Matrix2::zeros),
+        };
+        // |g'| = -g' before an impact.
+        let (by_slip, by_approach) = (inverse * mass, inverse * e * by_approach);
         for i in 0..2 {
-            for j in 0..2 {
-                let along = direction[i] * direction[j];
-                let unit = if i == j { 1.0 } else { 0.0 };
-                matrix[(rows[i], rows[j])] = moves * along + part * (unit - along);
-            }
-            // |g'| = -g' before an impact.
-            matrix[(rows[i], n + law.normal)] = by_approach * direction[i];
+            (0..2).for_each(|j| matrix[(rows[i], rows[j])] = by_slip[(i, j)]);
+            matrix[(rows[i], approach)] = by_approach[i];
         }
     }
 

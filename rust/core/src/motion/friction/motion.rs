@@ -288,8 +288,9 @@ impl LawMotion {
     /// coordinates.
     pub fn time_left_by_slip(&self, operator: &LawOperator) -> Option<[(usize, f64); 2]> {
         let place = self.stopping?;
-        let by_slip = self.planes[place].time_left_by_slip()?;
-        let coordinates = operator.planes[place].coordinates;
+        let one = &operator.planes[place];
+        let by_slip = self.planes[place].time_left_by_slip(one)?;
+        let coordinates = one.coordinates;
         Some([0, 1].map(|i| (coordinates[i], by_slip[i])))
     }
 

@@ -27,6 +27,7 @@ use crate::contact::functional::Functional;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::GROUP;
 use crate::scene::friction::decay::product;
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
@@ -122,24 +123,48 @@ impl Default for PlaneSeries {
     }
 }
 
-/// `sum_{from <= i <= k - to} a_i b_{k-i}`
+/// `sum_{from <= i <= k - to} a_i b_{k-i}`, in sums that do not wait for each other.
+#[inline]
 fn convolved(
     a: &[f64; COEFFICIENTS],
     b: &[f64; COEFFICIENTS],
     k: usize,
     [from, to]: [usize; 2],
 ) -> f64 {
-    (from..=k.saturating_sub(to)).filter(|i| *i <= k).map(|i| a[i] * b[k - i]).sum()
+    if k < from + to {
+        return 0.0;
+    }
+    let left = a[from..=k - to].chunks(GROUP);
+    let right = b[to..=k - from].rchunks(GROUP);
+    let mut sums = [0.0; GROUP];
+    for (left, right) in left.zip(right) {
+        for (sum, (a, b)) in sums.iter_mut().zip(left.iter().zip(right.iter().rev())) {
+            *sum += a * b;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// The sum of the absolute values of the coefficients of a product from an order on.
-fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
+fn left_out(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
     let mut sum = 0.0;
     for k in first..2 * COEFFICIENTS - 1 {
         let low = (k + 1).saturating_sub(COEFFICIENTS);
-        sum += (low..=k.min(DEGREE)).map(|i| a[i] * b[k - i]).sum::<f64>().abs();
+        let (left, right) = (&a[low..=k.min(DEGREE)], &b[low..=k.min(DEGREE)]);
+        let terms = left.iter().zip(right.iter().rev());
+        sum += terms.map(|(a, b)| a * b).sum::<f64>().abs();
     }
     sum
+}
+
+/// A bound of the coefficients of a product from an order on, `sum_{i + j >= first} |a_i| |b_j|`.
+fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
+    let mut tails = [0.0; COEFFICIENTS + 1];
+    for j in (0..COEFFICIENTS).rev() {
+        tails[j] = tails[j + 1] + b[j].abs();
+    }
+    let of = |(i, a): (usize, &f64)| a.abs() * tails[first.saturating_sub(i).min(COEFFICIENTS)];
+    a.iter().enumerate().map(of).sum()
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -253,6 +278,11 @@ impl PlaneSeries {
         if matches!(self.course, Course::Ends(_)) {
             self.course = Course::Slips;
         }
+    }
+
+    /// Whether the forces R of order k on the contact matter: to slip that goes on, those of order 0, which tell when it ends.
+    fn needs_reaction(&self, k: usize) -> bool {
+        k == 0 || !matches!(self.course, Course::Slips | Course::Ends(_))
     }
 
     pub(super) fn begins(&self) -> bool {
@@ -502,7 +532,8 @@ impl PlaneSeries {
             return [f64::INFINITY; 3];
         }
         let first = COEFFICIENTS - power;
-        let of_ratio = beyond(&self.ratio, &a, first) / least;
+        // Where w shrinks, its terms cancel.
+        let of_ratio = left_out(&self.ratio, &a, first) / least;
         // c^2 (1 + t^2) - 1
         let both = product(&self.along, &self.along);
         let of_square = beyond(&self.ratio, &self.ratio, COEFFICIENTS);
@@ -611,7 +642,10 @@ impl Planes<'_> {
     pub fn push(&mut self, scene: &Scene, taylor: &TaylorMotion, k: usize, load: &mut [f64]) {
         for (one, series) in self.contacts.iter().zip(&mut *self.series) {
             let w = one.coordinates.map(|row| taylor.rate_of(row, k));
-            let reaction = one.coordinates.map(|row| load[row] + taylor.load_of(scene, row, k));
+            let reaction = match series.needs_reaction(k) {
+                true => one.coordinates.map(|row| load[row] + taylor.load_of(scene, row, k)),
+                false => [0.0; 2],
+            };
             let limit = taylor.coefficient(&one.limit, k);
             let force = series.extend(one, k, limit, [w, reaction], taylor.width);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);
@@ -638,11 +672,21 @@ pub(super) struct PlaneSlopes {
 }
 
 impl PlaneSeries {
-    /// How the time that is left of its slip grows with w, where the panel is the last one: in proportion to |w|, since what turns w
-    /// has come to rest.
-    pub(super) fn time_left_by_slip(&self) -> Option<[f64; 2]> {
-        let ends = matches!(self.course, Course::Ends(_));
-        ends.then(|| self.direction.map(|e| e * self.left / self.slip[0][0]))
+    /// How the time that is left of its slip grows with w, where the panel is the last one. What turns w has come to rest, so that w
+    /// falls along itself at a rate a, `M^-1 (R - mu N e) = -a e`. The time T left obeys `dT/dw . M^-1 (R - mu N w / |w|) = -1`
+    /// and is proportional to |w|, of which follows `dT/dw = M e / (a e . M e)`.
+    pub(super) fn time_left_by_slip(&self, one: &PlaneContact) -> Option<[f64; 2]> {
+        if !matches!(self.course, Course::Ends(_)) {
+            return None;
+        }
+        let (e, [m, n]) = (self.direction, one.mass);
+        if m == n {
+            return Some(e.map(|e| e * self.left / self.slip[0][0]));
+        }
+        let force = [0, 1].map(|i| self.limit[0] * e[i] - self.reaction[i]);
+        let rate = e[0] * force[0] / m + e[1] * force[1] / n;
+        let heavy = [m * e[0], n * e[1]];
+        Some(heavy.map(|part| part / (rate * dot(heavy, e))))
     }
 
     /// Whether slip ends at about a time after the start of the panel, s.

@@ -101,14 +101,6 @@ impl Scene {
         plane.map_or(next.clone(), |plane| next.with(plane.beside, status))
     }
 
-    /// A contact in a plane along whose directions the masses differ.
-    pub(crate) fn unlike_masses_in_planes(&self) -> Option<usize> {
-        let mass = |k: usize| self.mass.get(k, k);
-        self.contacts.iter().position(|law| {
-            law.plane.is_some_and(|plane| mass(law.tangential) != mass(plane.tangential))
-        })
-    }
-
     /// The planes in which contacts of a combination slip, in no given direction.
     pub(crate) fn slipping_in_planes<'a>(
         &'a self,
