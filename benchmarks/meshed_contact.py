@@ -56,7 +56,7 @@ def model(name: str, *, lumped: bool = False) -> tuple[dict[str, float], ss.Scen
     turning = ss.fe.Rotation(SPEED)
     times["pairs"], pairs = clocked(
         lambda: ss.fe.contact_pairs(
-            pad.surface("face"), disc.surface("top"), velocity=turning, friction=FRICTION
+            pad.surface("face"), disc.surface("top"), velocity=turning, friction=FRICTION, plane=False
         )
     )
     force = pad.surface("back").pressure(PRESSURE)

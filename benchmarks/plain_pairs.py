@@ -36,8 +36,9 @@ def pad_on_disc(lumped: bool) -> ss.Scene:
         disc, pad = disc.lumped(), pad.lumped()
     disc = disc.held(disc.surface("inner"))
     pad = pad.held(pad.surface("top"), directions=(1, 2))
+    turning = ss.fe.Rotation(5.0)
     pairs = ss.fe.contact_pairs(
-        pad.surface("bottom"), disc.surface("top"), velocity=ss.fe.Rotation(5.0), friction=0.3
+        pad.surface("bottom"), disc.surface("top"), velocity=turning, friction=0.3, plane=False
     )
     pressure = pad.surface("top").pressure(1e5)
     return ss.fe.assemble([pad, disc], pairs, force=pressure, impact_friction=not lumped)

@@ -33,6 +33,7 @@ def random_scene(rng: np.random.Generator) -> tuple[ss.Scene, tuple[float, float
         disc.surface("top"),
         velocity=ss.fe.Rotation(float(rng.uniform(1.0, 20.0))),
         friction=float(rng.uniform(0.2, 0.8)),
+        plane=False,
     )
     force = pad.surface("back").pressure(PRESSURE)
     return ss.fe.assemble([disc, pad], pairs, force=force), (500.0, float(rng.uniform(5e3, 12e3)))

@@ -42,6 +42,7 @@ def variant(seed: int) -> tuple[str, str, int, int, float, float]:
         disc.surface("top"),
         velocity=ss.fe.Rotation(float(rng.uniform(1.0, 20.0))),
         friction=float(rng.uniform(0.2, 0.8)),
+        plane=False,
         restitution=0.0 if boundary == "massless" else float(rng.choice([0.0, 0.3])),
     )
     force = pad.surface("back").pressure(float(10.0 ** rng.uniform(5.0, 6.7)))

@@ -18,7 +18,8 @@ import stickslip as ss
 # ## Bodies and contacts
 #
 # Both bodies are hexahedra of a ring. The disc turns at 5 rad/s, and a pressure of 1 MPa presses the lining
-# on it. The back of the lining is guided: it moves along the axis of the disc only.
+# on it. The back of the lining is guided: it moves along the axis of the disc only. Friction acts along the
+# rotation (`plane=False`); with friction in the plane of the surface this disc is stable at a friction of 0.3.
 
 # %%
 turning = ss.fe.Rotation(5.0)
@@ -29,7 +30,8 @@ pad = ss.fe.ring((3, 6, 4), radii=(0.10, 0.15), angles=np.radians((-21.0, 21.0))
 disc = ss.fe.Body.elastic(disc, **iron, rotation=turning, name="disc")
 pad = ss.fe.Body.elastic(pad, **lining, name="pad")
 disc, pad = disc.held(disc.surface("inner")), pad.held(pad.surface("top"), directions=(1, 2))
-pairs = ss.fe.contact_pairs(pad.surface("bottom"), disc.surface("top"), velocity=turning, friction=0.3)
+faces = pad.surface("bottom"), disc.surface("top")
+pairs = ss.fe.contact_pairs(*faces, velocity=turning, friction=0.3, plane=False)
 scene = ss.fe.assemble([pad, disc], pairs, force=pad.surface("top").pressure(1e6))
 
 # %% [markdown]

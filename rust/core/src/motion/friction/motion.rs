@@ -37,6 +37,9 @@ const GROWTH: f64 = 1.3;
 /// Times that a balance of forces is improved, each time by at least this factor.
 pub(super) const BALANCES: usize = 24;
 const SETTLES: f64 = 0.5;
+/// Panels on which such a balance is tried, each narrower than the one before.
+const NARROWINGS: usize = 6;
+const NARROWER: f64 = 1.0 / 16.0;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
@@ -374,7 +377,8 @@ impl LawMotion {
         self.cut(operator, scale);
     }
 
-    /// Lets the directions of slow slips follow from the balance of forces, on a wider panel, where they have come to that.
+    /// Lets the directions of slow slips follow from the balance of forces, on a wider panel, where they have come to that: the widest
+    /// one, in steps, on which the balance settles beside the other slips.
     fn follow_directions(&mut self, scene: &Scene, operator: &LawOperator) {
         if self.stopping.is_some() {
             return;
@@ -384,14 +388,33 @@ impl LawMotion {
         let parts: Vec<Option<f64>> =
             stiff.map(|(one, series)| series.stiff_part(one, operator.taylor.width())).collect();
         let Some(part) = parts.iter().flatten().copied().reduce(f64::min) else { return };
-        let wide = part * operator.taylor.width();
+        let mut wide = part * operator.taylor.width();
         if wide <= width {
             return;
         }
+        for _ in 0..NARROWINGS {
+            self.taylor.begin_within(wide / self.taylor.width);
+            let all = self.planes.iter_mut().zip(&parts).filter(|one| one.1.is_some());
+            all.for_each(|(series, _)| series.let_follow(true));
+            if self.settles(scene, operator) {
+                return;
+            }
+            wide *= NARROWER;
+            if wide <= width {
+                break;
+            }
+        }
+        self.planes.iter_mut().filter(|series| series.follows()).for_each(|series| {
+            series.let_follow(false);
+        });
+        self.taylor.begin_within(width / self.taylor.width);
+        self.recur_in_range(scene, operator);
+    }
+
+    /// Whether the balances of slow slips settle on the panel as wide as it is.
+    fn settles(&mut self, scene: &Scene, operator: &LawOperator) -> bool {
         let rounding = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
-        self.taylor.begin_within(wide / width);
-        let all = self.planes.iter_mut().zip(&parts).filter(|one| one.1.is_some());
-        all.for_each(|(series, _)| series.let_follow(true));
+        let width = self.taylor.width;
         let mut before = f64::INFINITY;
         for _ in 0..BALANCES {
             self.recur(scene, operator);
@@ -399,27 +422,21 @@ impl LawMotion {
             let following = following.filter(|(_, series)| series.follows());
             let (mut settled, mut near, mut largest) = (true, true, 0.0f64);
             for (one, series) in following {
-                let [change, apart] = series.improve(one, wide);
+                let [change, apart] = series.improve(one, width);
                 let limit = series.limit[0];
                 largest = largest.max(change / limit);
                 settled &= change <= UNRESOLVED * UNIT * limit;
                 near &= apart <= rounding * one.slip_norm;
             }
             if settled && near {
-                return;
+                return true;
             }
             if !(largest < SETTLES * before) {
                 break;
             }
             before = largest;
         }
-        self.planes.iter_mut().for_each(|series| {
-            if series.follows() {
-                series.let_follow(false);
-            }
-        });
-        self.taylor.begin_within(width / wide);
-        self.recur_in_range(scene, operator);
+        false
     }
 
     /// Makes the panel the last one of a slip in a plane that ends within it.

@@ -207,36 +207,42 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        let (outputs, sources) = outputs(&contacts, functions);
         let along = |contact: usize| {
             let tangential = scene.contacts[contact].tangential;
-            (tangential, driven(&[(tangential, 1.0)]).1)
+            let (direction, norm) = driven(&[(tangential, 1.0)]);
+            (tangential, direction, norm)
         };
-        let plane = |[first, second]: [usize; 2]| {
+        let pressing = |&[first, _]: &[usize; 2]| reaction(scene, scene.contacts[first].normal);
+        let slipping: Vec<[usize; 2]> = scene.slipping_in_planes(combination).collect();
+        let pressed: Vec<Functional> = slipping.iter().map(pressing).collect();
+        let (outputs, of_planes, sources) = outputs(&contacts, &pressed, functions);
+        let mut along_planes = Vec::new();
+        let mut planes = Vec::with_capacity(slipping.len());
+        for ((&[first, second], normal), output) in slipping.iter().zip(&pressed).zip(of_planes) {
             let (along, across) = (along(first), along(second));
             let coordinates = [along.0, across.0];
             let velocity = Functional { velocity: vec![(along.0, 1.0)], ..Functional::default() };
-            let law = &scene.contacts[first];
-            let limit = reaction(scene, law.normal).scaled(law.friction);
-            PlaneContact {
+            let friction = scene.contacts[first].friction;
+            let limit = normal.scaled(friction);
+            planes.push(PlaneContact {
                 contacts: [first, second],
                 coordinates,
                 slider: [first, second].map(|contact| scene.contacts[contact].slider_speed),
                 limit_norm: taylor.dual_norm(own, &limit),
                 limit,
+                friction,
+                output,
                 mass: coordinates.map(|k| own.mass.get(k, k)),
-                force_norm: along.1.max(across.1),
+                force_norm: along.2.max(across.2),
                 slip_norm: taylor.dual_norm(own, &velocity),
-            }
-        };
-        let planes: Vec<PlaneContact> = scene.slipping_in_planes(combination).map(plane).collect();
-        if !planes.is_empty() {
-            taylor.dense = None;
-        } else if taylor.dense.is_some() {
+            });
+            along_planes.extend([along.1, across.1]);
+        }
+        if taylor.dense.is_some() {
             let of = |one: &LawContact| {
                 one.direction.iter().map(|&(k, weight)| (k, one.sign * weight)).collect()
             };
-            let forces: Vec<_> = contacts.iter().map(of).collect();
+            let forces: Vec<_> = contacts.iter().map(of).chain(along_planes).collect();
             let moving = taylor.equation.moving();
             taylor.dense = Rows::new(own, reduction, moving, &outputs, &forces);
         }
@@ -377,15 +383,24 @@ impl LawOperator {
     }
 }
 
-/// The rows that a combination needs beside those of q'': normal forces of the contacts first, and event functions of several
-/// coordinates.
+/// The rows that a combination needs beside those of q'': normal forces of the contacts first, of planes where they change with their
+/// places, and event functions of several coordinates.
 fn outputs<'a>(
     contacts: &'a [LawContact],
+    pressed: &'a [Functional],
     functions: &'a [EventFunction],
-) -> (Vec<&'a Functional>, Vec<Source>) {
+) -> (Vec<&'a Functional>, Vec<Option<usize>>, Vec<Source>) {
     // The normal force of an element is 1.
     let laws = contacts.iter().filter(|one| !one.is_element());
     let mut functionals: Vec<&Functional> = laws.map(|one| &one.normal).collect();
+    let of_planes = pressed.iter().map(|normal| {
+        let changes = !(normal.position.is_empty() && normal.velocity.is_empty());
+        changes.then(|| {
+            functionals.push(normal);
+            functionals.len() - 1
+        })
+    });
+    let of_planes = of_planes.collect();
     let mut source = |EventFunction { functional, .. }: &'a EventFunction| {
         let is_slip = |one: &LawContact| one.slip.scaled(-one.sign) == *functional;
         let known = functionals.iter().position(|&known| known == functional);
@@ -400,7 +415,7 @@ fn outputs<'a>(
         }
     };
     let sources = functions.iter().map(&mut source).collect();
-    (functionals, sources)
+    (functionals, of_planes, sources)
 }
 
 /// A contact whose law makes the motion depend on forces that nothing determines, (T, N) of all contacts by column.

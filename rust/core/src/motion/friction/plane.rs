@@ -53,8 +53,10 @@ pub(crate) struct PlaneContact {
     pub coordinates: [usize; 2],
     /// Speeds of the slider, m/s.
     pub slider: [f64; 2],
-    /// mu N
+    /// mu N, and mu, where the normal force is one of the outputs of dense rows, with its place there.
     pub limit: Functional,
+    pub friction: f64,
+    pub output: Option<usize>,
     pub mass: [f64; 2],
     /// The norm of the operator per unit of force.
     pub force_norm: f64,
@@ -281,7 +283,7 @@ impl PlaneSeries {
     }
 
     /// Whether the forces R of order k on the contact matter: to slip that goes on, those of order 0, which tell when it ends.
-    fn needs_reaction(&self, k: usize) -> bool {
+    pub(super) fn needs_reaction(&self, k: usize) -> bool {
         k == 0 || !matches!(self.course, Course::Slips | Course::Ends(_))
     }
 
@@ -619,6 +621,10 @@ impl PlaneSeries {
             (r * m.max(n) / (limit + force), 0.0)
         };
         self.left = if force < limit { time } else { f64::INFINITY };
+        if along > limit {
+            // It speeds up, however slow it is.
+            return None;
+        }
         // Relative to what it is, N may change faster than the motion.
         let rate = rate.max((self.limit[1] / (panel * limit)).abs());
         let ends = time * rate <= constant || r <= unresolved * one.slip_norm;

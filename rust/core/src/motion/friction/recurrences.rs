@@ -116,15 +116,50 @@ impl Laws<'_> {
     }
 }
 
-impl Forces for Laws<'_> {
+/// The forces of laws, and after them those of planes along both directions of each.
+struct Friction<'a> {
+    laws: Laws<'a>,
+    planes: Planes<'a>,
+    /// Of the planes, order by order.
+    forces: Vec<[f64; 2]>,
+    width: f64,
+}
+
+impl Forces for Friction<'_> {
     #[inline(always)]
-    fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], outputs: &[f64]) {
-        self.extend(simd, k, &mut ByRows { state, outputs });
+    fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], rows: [&[f64]; 2]) {
+        let Self { laws, planes, forces, width } = self;
+        let [accelerations, outputs] = rows;
+        laws.extend(simd, k, &mut ByRows { state, outputs });
+        let Laws { operator, contacts, .. } = laws;
+        let of_laws = |row: usize| -> f64 {
+            let all = operator.contacts.iter().zip(&**contacts).flat_map(|(one, sliding)| {
+                let own = one.direction.iter().filter(move |term| term.0 == row);
+                own.map(move |term| one.sign * term.1 * sliding.force[k])
+            });
+            all.sum()
+        };
+        let all = planes.contacts.iter().zip(&mut *planes.series).zip(forces);
+        for ((one, series), force) in all {
+            let w = one.coordinates.map(|row| state[1][row]);
+            let limit = one.output.map_or(0.0, |place| one.friction * outputs[place]);
+            let reaction = match series.needs_reaction(k) {
+                true => [0, 1].map(|i| {
+                    let row = one.coordinates[i];
+                    one.mass[i] * accelerations[row] + of_laws(row)
+                }),
+                false => [0.0; 2],
+            };
+            *force = series.extend(one, k, limit, [w, reaction], *width);
+        }
     }
 
     #[inline(always)]
     fn force(&self, place: usize, k: usize) -> f64 {
-        self.contacts[place].force[k]
+        match place.checked_sub(self.laws.contacts.len()) {
+            None => self.laws.contacts[place].force[k],
+            Some(place) => self.forces[place / 2][place % 2],
+        }
     }
 }
 
@@ -174,7 +209,12 @@ impl LawMotion {
         convolutions.iter_mut().for_each(Convolutions::clear);
         let laws = Laws { operator, contacts, convolutions, coupling };
         match &operator.taylor.dense {
-            Some(rows) => unit.run(taylor.orders_by_rows(rows, 0..COEFFICIENTS, true, laws)),
+            Some(rows) => {
+                let forces = vec![[0.0; 2]; operator.planes.len()];
+                let planes = Planes { contacts: &operator.planes, series: planes };
+                let friction = Friction { laws, planes, forces, width: taylor.width };
+                unit.run(taylor.orders_by_rows(rows, 0..COEFFICIENTS, true, friction));
+            }
             None => {
                 let planes = Planes { contacts: &operator.planes, series: planes };
                 unit.run(ByMatrices { taylor, base, laws, planes, scene });

@@ -308,8 +308,9 @@ impl Multiply for Rows {
 
 /// Forces that follow from the motion, order by order.
 pub(crate) trait Forces {
-    /// Finds those of order k from its coefficients of places and of velocities, and from the outputs.
-    fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], outputs: &[f64]);
+    /// Finds those of order k from its coefficients of places and of velocities, and from the rows: accelerations without these
+    /// forces, and outputs.
+    fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], rows: [&[f64]; 2]);
 
     /// One of them.
     fn force(&self, place: usize, k: usize) -> f64;
@@ -320,7 +321,7 @@ pub(super) struct NoForces;
 
 impl Forces for NoForces {
     #[inline(always)]
-    fn follow<S: Lanes>(&mut self, _: S, _: usize, _: [&[f64]; 2], _: &[f64]) {}
+    fn follow<S: Lanes>(&mut self, _: S, _: usize, _: [&[f64]; 2], _: [&[f64]; 2]) {}
 
     #[inline(always)]
     fn force(&self, _: usize, _: usize) -> f64 {
@@ -396,7 +397,8 @@ impl<F: Forces> Orders<'_, F> {
                 all.load(force, &mut own[..states]);
             }
             let (accelerations, outputs) = own.split_at(states);
-            forces.follow(simd, k, [q, state[1]], cast_slice(outputs));
+            let found = [cast_slice(accelerations), cast_slice(outputs)];
+            forces.follow(simd, k, [q, state[1]], found);
             if k == DEGREE {
                 break;
             }
