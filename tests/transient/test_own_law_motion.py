@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 import stickslip as ss
 
@@ -65,3 +66,49 @@ def test_a_motion_is_that_of_an_integrator(name):
     sample = run.sample([end])
     assert sample.position[0, 0] == pytest.approx(found.y[0, -1], abs=1e-10)
     assert sample.velocity[0, 0] == pytest.approx(found.y[1, -1], abs=1e-10)
+
+
+def beside_four(force=-1.0, pressed=1.0):
+    """A mass whose slip is damped about a speed of 4 m/s, at which friction is the normal force."""
+    law = Law(lambda s: 1.0 - 0.05 * (4.0 - s) + 0.05 * (4.0 - s) ** 3)
+    belt = ss.Contact(tangential="x", normal_force=pressed, friction=law, slider_speed=4.0)
+    return ss.Scene([1.0], [[1.0]], force=[force], contacts=[belt], dofs=["x"])
+
+
+def test_a_motion_decays_to_steady_sliding_at_zero():
+    """The same motion about x = 0 and about x = 1, and where it is small that of a linear damper."""
+    scenes = beside_four(-1.0), beside_four(0.0)
+    runs = [
+        ss.simulate(scene, 2000.0, ss.State([rest], [0.2], "+"))
+        for scene, rest in zip(scenes, (0.0, 1.0), strict=True)
+    ]
+    assert [run.stop_reason for run in runs] == ["duration", "duration"]
+    about_zero, about_one = (run.sample(np.linspace(0.0, 2000.0, 501)).position.to_numpy() for run in runs)
+    # The force of 1 N is off by some ulp on every panel, which 1 / 0.025 s remember.
+    rounding = 40.0 * np.finfo(float).eps
+    np.testing.assert_allclose(about_zero, about_one - 1.0, rtol=0.0, atol=4.0 * rounding)
+    # What the cubic term adds at 4e-8 m/s is below rounding.
+    small = runs[0].sample([600.0, 1000.0])
+    states = np.hstack([small.position.to_numpy(), small.velocity.to_numpy()])
+    decayed = expm(400.0 * np.array([[0.0, 1.0], [-1.0, -0.05]])) @ states[0]
+    np.testing.assert_allclose(states[1], decayed, rtol=0.0, atol=rounding)
+    with pytest.raises(ss.NotPeriodicError, match="settles to an equilibrium"):
+        runs[0].limit_cycle()
+
+
+@pytest.mark.parametrize("pressed", [1.0, 100.0])
+@pytest.mark.parametrize("velocity", [0.0, 1e-300, 1e-12])
+def test_a_motion_beside_zero_stays_there(velocity, pressed):
+    run = ss.simulate(beside_four(-pressed, pressed), 200.0, ss.State([0.0], [velocity], "+"))
+    assert run.stop_reason == "duration"
+    # Rounding of the normal force, over the 40 s in which it is forgotten.
+    largest = float(np.abs(run.sample(np.linspace(0.0, 200.0, 201)).position).max())
+    assert largest <= velocity + 40.0 * np.finfo(float).eps * pressed
+
+
+def test_basins_know_steady_sliding_at_zero():
+    scene = beside_four()
+    start = ss.steady_sliding(scene)
+    assert start.position.tolist() == [0.0]
+    found = ss.basins(scene, start=start, velocity={"x": [0.0, 0.2]}, position={"x": [0.0, 0.1]})
+    assert found.attractors == ("equilibrium",)

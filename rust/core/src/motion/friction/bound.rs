@@ -11,6 +11,9 @@
 //!
 //! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
 //! t falls with f^DEGREE, and nothing else grows.
+//!
+//! The radius of that neighbourhood is free: any one proves the bound that is not above it. It is a part of the state, and where a
+//! motion decays to zero under forces that do not, at least twice `h r (e^L - 1) / L`: rounding of forces, which no state bounds.
 
 use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved};
@@ -66,6 +69,7 @@ impl Kernel for Bound<'_> {
             shortenings,
             convolutions,
             powers,
+            least_tube,
             ..
         } = motion;
         let shortenings = *shortenings + TO_COME;
@@ -80,8 +84,9 @@ impl Kernel for Bound<'_> {
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
-        let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| match one.law {
-            FrictionLaw::Tabulated(_) => radius.min(TUBE_OF_TABLES * scale),
+        let part = |of_scale: f64| (of_scale * scale).max(*least_tube);
+        let radius = slips.fold(part(TUBE), |radius, (one, sliding)| match one.law {
+            FrictionLaw::Tabulated(_) => radius.min(part(TUBE_OF_TABLES)),
             _ if one.of_state => {
                 let [speed, state] =
                     [sliding.series.reach(&one.law), sliding.series.reach_of_state()];
@@ -100,7 +105,7 @@ impl Kernel for Bound<'_> {
             let spread = one.flow.as_ref().map_or(0.0, |flow| flow.friction_norm)
                 + (one.law.value(0.0) + series.excess[0].abs()) * one.normal_norm;
             let slow = PART_OF_TUBE * series.tube(&one.law) * divisor / spread;
-            radius.min(TUBE_OF_FLOW * scale).min(pressed).min(slow.abs())
+            radius.min(part(TUBE_OF_FLOW)).min(pressed).min(slow.abs())
         });
         let mut sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
@@ -242,7 +247,7 @@ impl Kernel for Bound<'_> {
         let load = widened * taylor.width * taylor.force_norm(&operator.taylor);
         rounded += UNIT * in_row * (reach * of_orders + load);
         let exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
-        let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
+        let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
     }

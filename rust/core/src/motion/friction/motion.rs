@@ -154,6 +154,8 @@ pub(crate) struct LawMotion {
     pub(super) constant: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
+    /// Least radius of the neighbourhood of the polynomials in which the panel is bounded, in the same norm; 0 unless rounding needs one.
+    pub(super) least_tube: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
     pub(super) next: Option<(usize, usize)>,
     /// A contact whose law ends the phase at the end of the panel, and one whose law has ended it.
@@ -342,9 +344,11 @@ impl LawMotion {
             self.shorten(0.7);
         }
         let scale = self.taylor.scale(&operator.taylor);
+        self.least_tube = 0.0;
         for _ in 0..TRIALS {
             let bound = self.bound(scene, operator, scale);
-            let factor = (TRUNCATION * scale / bound.truncation()).powf(1.0 / COEFFICIENTS as f64);
+            let size = scale.max(self.least_tube);
+            let factor = (TRUNCATION * size / bound.truncation()).powf(1.0 / COEFFICIENTS as f64);
             let factor = factor.min(STEEPEST / bound.exponent);
             if bound.holds {
                 // None of it grows on a shorter panel, and truncation of the state falls with the 30th power of the width.
@@ -364,9 +368,14 @@ impl LawMotion {
                 }
                 break;
             }
-            self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
             self.contacts.iter_mut().for_each(|sliding| sliding.error = f64::INFINITY);
+            let rounding = bound.rounding(1.0);
+            if factor >= 1.0 && bound.radius < rounding && self.least_tube < rounding {
+                self.least_tube = 2.0 * rounding;
+            } else {
+                self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
+            }
         }
         if !self.left_out.is_finite() {
             self.ended = self.ended.or_else(|| self.end_of_flow(operator));

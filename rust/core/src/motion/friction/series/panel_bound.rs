@@ -16,6 +16,8 @@ pub(crate) struct PanelBound {
     pub beyond: f64,
     /// L
     pub exponent: f64,
+    /// Radius of the neighbourhood in which the Lipschitz bounds of L hold.
+    pub radius: f64,
     /// Whether the error is within the neighbourhood.
     pub holds: bool,
 }
@@ -26,11 +28,16 @@ impl PanelBound {
         self.truncated / (DEGREE as f64 - self.exponent.min(LARGEST)) + self.beyond
     }
 
-    /// A bound of the error on a part of the width.
-    pub fn of_shorter(&self, factor: f64) -> f64 {
+    /// A bound of the error by rounding alone on a part of the width.
+    pub fn rounding(&self, factor: f64) -> f64 {
         let exponent = factor * self.exponent;
         let growth = if exponent > 0.0 { exponent.exp_m1() / exponent } else { 1.0 };
-        factor.powi(COEFFICIENTS as i32) * self.truncation() + growth * factor * self.rounded
+        growth * factor * self.rounded
+    }
+
+    /// A bound of the error on a part of the width.
+    pub fn of_shorter(&self, factor: f64) -> f64 {
+        factor.powi(COEFFICIENTS as i32) * self.truncation() + self.rounding(factor)
     }
 }
 
