@@ -43,6 +43,19 @@ def touch() -> types.BranchPoint:
     return ss.continuation(cycle, {"slider_speed": (1.5, 1.9)}, step=0.2).points[0]
 
 
+def test_a_branch_beyond_its_fold_ends_at_the_hopf_point():
+    branch = ss.continuation(coupled_cycle(), {"friction": (0.8, 0.5)}, hoffmann, step=0.1, points=200)
+    fold, hopf = branch.points
+    assert (fold.kind, hopf.kind, branch.end) == ("fold", "hopf", "hopf")
+    assert fold.value == pytest.approx(FOLD, rel=2e-10)
+    # 3/4 (1 + 2 c^2). The parabola over the square of the amplitude leaves out its cube, which is one of a
+    # scale: that of the fold, from which the branch has come back, of 1.2 m.
+    last = [float(cycle.amplitude.max()) / 1.2 for cycle in branch.cycles[-3:]]
+    assert hopf.value == pytest.approx(0.765, abs=10.0 * (0.765 - FOLD) * np.prod(last) ** 2)
+    with pytest.raises(ss.InputError, match=r"cycle: a Hopf point .* stability_boundary"):
+        ss.continuation(hopf, {"friction": (0.5, 0.9), "damping": (0.05, 0.15)}, hoffmann)
+
+
 @pytest.mark.slow
 def test_a_fold_does_not_depend_on_the_unit_of_length():
     """With y in units of (4/3 / cubic)^(1/2) the equations hold no cubic: the fold is at one friction."""

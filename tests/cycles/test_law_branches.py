@@ -73,8 +73,18 @@ def test_the_branch_touches_the_stick_slip_cycle_at_its_fold():
     assert small[0].value == pytest.approx(large[0].value, rel=2e-8)
     assert small[0].value == pytest.approx(touching_speed(), rel=1e-8)
     assert small[0].event == "velocity"
-    # Towards the Hopf point the branch ends without an event.
-    assert ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.98 * HOPF)}).points == ()
+
+
+def test_the_branch_ends_at_the_hopf_point():
+    speed = 1.01 * HOPF
+    branch = ss.continuation(small_cycle(speed), {"slider_speed": (speed, 0.98 * HOPF)})
+    (point,) = branch.points
+    assert (branch.end, point.kind, point.contact) == ("hopf", "hopf", None)
+    # A parabola over the square of a hundredth of the amplitude, at which the speed is off by 1 %, leaves out
+    # 1e-2 * (1e-2)^6 of it; the orbits are at their speeds to some 1e-11.
+    assert point.value == pytest.approx(HOPF, rel=1e-10)
+    assert float(branch.cycles[-1].amplitude[0]) <= 1e-2 * float(branch.cycles[0].amplitude[0])
+    assert "hopf" in str(branch.summary())
 
 
 @pytest.mark.parametrize("speed", [0.35, 0.45, 0.55])

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import scipy.optimize
 
 from stickslip import _core
-from stickslip.cycles.branches.branch import BranchPoint, Placed, continued, first_orbit
+from stickslip.cycles.branches.branch import BranchPoint, End, Placed, continued, first_orbit
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import OrbitError
 from stickslip.scene.checks import Real
@@ -28,6 +27,9 @@ BEND = 0.8
 GROWTH, SHORTEST = 1.5, 1e-7
 #: First step of a search for a fold, and steps until it is given up.
 FIRST, TRIED = 1e-3, 60
+#: Part of the largest amplitude of a branch below which an orbit is tested for a Hopf point, and largest
+#: difference of two extrapolations to it, part of the way there.
+SMALL, AGREE = 1e-2, 1e-2
 
 Tangent = tuple[Real, float]
 
@@ -112,12 +114,13 @@ def bend(a: Tangent, b: Tangent) -> float:
 
 @dataclass(frozen=True)
 class Traced:
-    """Orbits along a branch, the folds between them, and why the branch ends."""
+    """Orbits along a branch, the folds between them, why the branch ends, and the Hopf point if it is one."""
 
     placed: list[Placed]
     #: a fold, and the number of orbits before it
     folds: list[tuple[int, BranchPoint]]
-    end: Literal["range", "points", "sequence"]
+    end: End
+    hopf: BranchPoint | None = None
 
 
 def trace(
@@ -141,7 +144,9 @@ def trace(
     placed: list[Placed] = [(begin, first)]
     folds: list[tuple[int, BranchPoint]] = []
     length = step
-    why: Literal["range", "points", "sequence"] = "points"
+    why: End = "points"
+    hopf: BranchPoint | None = None
+    largest = float(first.amplitude.max())
     while len(placed) < points:
         further = _further(curve, place, length)
         if further is None:
@@ -160,8 +165,34 @@ def trace(
             break
         place = after
         placed.append((place.value, curve.cycle(place)))
+        largest = max(largest, float(placed[-1][1].amplitude.max()))
+        hopf = hopf_point(name, placed[-3:], largest)
+        if hopf is not None:
+            why = "hopf"
+            break
         length = min(GROWTH * length, step)
-    return Traced(placed, folds, why)
+    return Traced(placed, folds, why, hopf)
+
+
+def hopf_point(name: str, last: list[Placed], largest: float) -> BranchPoint | None:
+    """Return the Hopf point at which a branch is about to shrink into a steady state; None if it goes on.
+
+    Near it the parameter is a power series in the square of the amplitude (Kuznetsov 2004, section 3.4). Its
+    constant comes from the last three orbits, and is taken where the last two give nearly the same.
+    """
+    value, cycle = last[-1]
+    if len(last) < 3 or len(cycle.run.events) or cycle.load_periods:
+        return None
+    amplitudes = np.array([float(one.amplitude.max()) for _, one in last])
+    if amplitudes[-1] > SMALL * largest or not (np.diff(amplitudes) < 0.0).all():
+        return None
+    squares, values = (amplitudes / amplitudes[0]) ** 2, np.array([place for place, _ in last])
+    line, parabola = (
+        float(np.linalg.solve(np.vander(squares[-n:], increasing=True), values[-n:])[0]) for n in (2, 3)
+    )
+    if abs(parabola - line) > AGREE * abs(parabola - value):
+        return None
+    return BranchPoint(name, parabola, "hopf", 1.0 + 0.0j, None, None, cycle)
 
 
 def _further(curve: Curve, place: Place, length: float) -> tuple[Place, float] | None:

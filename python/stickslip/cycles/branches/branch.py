@@ -23,7 +23,9 @@ HALVINGS = 10
 #: A value of the parameter and the orbit there.
 Placed = tuple[float, Cycle]
 
-Kind = Literal["period_doubling", "fold", "torus", "grazing", "switching"]
+Kind = Literal["period_doubling", "fold", "torus", "grazing", "switching", "hopf"]
+#: Why a branch ends.
+End = Literal["range", "points", "sequence", "hopf"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,9 +38,10 @@ class BranchPoint:
         Name and value of the parameter.
     kind
         ``period_doubling`` (a multiplier at -1), ``fold`` (another one at 1), ``torus`` (a pair on the unit
-        circle), ``grazing`` (an event function touches zero within a phase), ``switching`` (two events meet).
+        circle), ``grazing`` (an event function touches zero within a phase), ``switching`` (two events meet),
+        ``hopf`` (the orbit shrinks into a steady state).
     multiplier
-        The critical multiplier; nan for a change of the sequence.
+        The critical multiplier; nan for a change of the sequence, 1 at a Hopf point.
     contact, event
         Contact and kind of the event by which the sequence changes beyond the point; None at other points.
     cycle
@@ -76,16 +79,18 @@ class Branch(Diagram):
     cycles
         The orbits.
     points
-        Where the branch changes, in its order: folds, period doublings, tori, changes of the event sequence.
+        Where the branch changes, in its order: folds, period doublings, tori, changes of the event sequence,
+        and the Hopf point at which it ends.
     end
         Why the branch ends: ``range`` (the last value was reached), ``points`` (it has as many points as were
-        allowed), or ``sequence`` (no orbit has this sequence of events any more).
+        allowed), ``sequence`` (no orbit has this sequence of events any more), or ``hopf`` (the orbits shrink
+        into a steady state at the Hopf point that is the last of `points`).
 
     The dataset holds neither `points` nor `end`; a file that `save` writes holds both, and the orbits.
     """
 
     points: tuple[BranchPoint, ...]
-    end: Literal["range", "points", "sequence"]
+    end: End
 
     @property
     def parameter(self) -> str:

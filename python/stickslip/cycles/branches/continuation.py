@@ -41,9 +41,6 @@ CLOSE = 1e-7
 #: the distance.
 NEAR_ONE = 0.3
 
-#: Part of its amplitude to which an orbit without events shrinks within a step as it ends.
-SHRUNK = 0.1
-
 
 @overload
 def continuation(
@@ -107,7 +104,9 @@ def continuation(
         `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene hold all along
         the orbit. Its `points` in the order of the branch, up to the first change of the sequence, beyond
         which the contact laws do not hold. The critical multiplier of a period doubling is -1 within 1e-8,
-        that of a fold is 1. Between the two orbits around a fold no other point is looked for.
+        that of a fold is 1. Between the two orbits around a fold no other point is looked for. A branch whose
+        orbits shrink into a steady state ends where they have a hundredth of its largest amplitude; its last
+        point is the Hopf point, extrapolated over the square of the amplitude.
 
     Raises
     ------
@@ -171,7 +170,9 @@ def _points(name: str, traced: Traced, end: float, scene_at: SceneAt) -> Iterabl
             yield point
             if point.kind in CHANGES:
                 return
-    if len(traced.placed) in folds:
+    if traced.hopf is not None:
+        yield traced.hopf
+    elif len(traced.placed) in folds:
         yield folds[len(traced.placed)]
     elif traced.end == "sequence":
         values = [value for value, _ in traced.placed]
@@ -186,7 +187,9 @@ def _points(name: str, traced: Traced, end: float, scene_at: SceneAt) -> Iterabl
 
 
 def _between(name: str, before: Placed, after: Placed, scene_at: SceneAt) -> list[BranchPoint]:
-    """Return the points between two orbits of a branch, in its order."""
+    """Return the points between two orbits of a branch, in its order; none if they are at one value."""
+    if before[0] == after[0]:
+        return []
     found = [*_crossings(name, before, after, scene_at), *_sequence_changes(name, before, after, scene_at)]
     return sorted(found, key=lambda point: abs(point.value - before[0]))
 
@@ -299,9 +302,6 @@ def _branch_end(name: str, before: Placed, beyond: float, scene_at: SceneAt) -> 
         except OrbitError:
             outside = middle
     value, cycle = places[-1]
-    if not len(cycle.run.events) and float(cycle.amplitude.max()) < SHRUNK * float(before[1].amplitude.max()):
-        # To a steady state, at a Hopf point, which critical_points finds.
-        return
     if np.abs(cycle.transverse_multipliers - 1.0).min(initial=np.inf) <= NEAR_ONE:
         fold = fold_near(name, (value, cycle), np.sign(beyond - before[0]), abs(beyond - before[0]), scene_at)
         if fold is not None:

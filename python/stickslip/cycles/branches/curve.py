@@ -146,6 +146,8 @@ def bifurcation_curve(
     point: BranchPoint, parameters: Mapping[str, Any], model: Model | None, step: float, points: int
 ) -> BifurcationCurve:
     """Return the curve over two parameters through a point of a branch, arguments as of `continuation`."""
+    if point.kind == "hopf":
+        raise InputError("cycle: a Hopf point has no orbit to follow; stability_boundary returns its curve")
     family, known = Family(point.cycle.scene if model is None else model), point.parameter
     ranges, fixed = divided(family.given, parameters)
     ends = {name: interval(name, value) for name, value in ranges.items()}
