@@ -268,3 +268,30 @@ def test_a_joint_that_never_slips_answers_with_the_period_of_its_load():
         x = cycle.run.sample(np.linspace(0.0, cycle.period, 64, endpoint=False)).position.values[:, 0]
         amplitude = 2.0 * np.abs(np.fft.rfft(x)[1]) / 64
         assert amplitude == pytest.approx(20.0 / np.abs(3e4 - rate**2 + 5j * rate), rel=1e-10)
+
+
+def one_sided(rate=0.73):
+    """NLvib's two masses (verification/nonlinear_springs.py): the first meets a stop of 100 N/m at 1 m."""
+    stiffness = np.array([[1.0, -1.0], [-1.0, 2.0]])
+    load = ss.Harmonic({"x2": 0.1}, rate / (2.0 * np.pi))
+    stop = ss.Spring("x1", ss.spring.Gap(100.0, 1.0))
+    return ss.Scene([1.0, 1.0], stiffness, 0.03 * stiffness, loads=[load], elements=[stop])
+
+
+@pytest.mark.parametrize("by_function", [False, True])
+def test_a_branch_may_begin_far_from_its_cycle(by_function):
+    """Newton's method does not come from 0.73 to 0.6 rad/s at once, where the branch has an orbit."""
+    period = 2.0 * np.pi / 0.73
+    run = ss.simulate(one_sided(), 150.0 * period, ss.State([1.0, 0.5], [0.3, 0.0], ""))
+    cycle = run.limit_cycle(further=100.0 * period)
+    with pytest.raises(ss.OrbitError):
+        cycle.continued(one_sided(0.6))
+    name, unit = ("rate", 1.0) if by_function else ("load_0_frequency", 2.0 * np.pi)
+    model = one_sided if by_function else None
+    there = ss.continuation(cycle, {name: (0.73 / unit, 0.6 / unit)}, model, step=0.3)
+    back = ss.continuation(cycle, {name: (0.6 / unit, 0.73 / unit)}, model, step=0.3)
+    assert (there.end, back.end) == ("range", "range")
+    assert back.data.followed.all()
+    # The same orbits at both ends, to the rounding that Newton's method leaves beside multipliers of 1.4.
+    for a, b in ((there.cycles[0], back.cycles[-1]), (there.cycles[-1], back.cycles[0])):
+        assert b.amplitude.to_numpy() == pytest.approx(a.amplitude.to_numpy(), rel=1e-11)

@@ -139,7 +139,7 @@ def trace(
     begin, end = ends
     low, high = min(ends), max(ends)
     curve = Curve(scene_at, high - low)
-    first = first_orbit(cycle, name, begin, scene_at)
+    first = first_orbit(cycle, name, ends, scene_at)
     place = curve.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
     placed: list[Placed] = [(begin, first)]
     folds: list[tuple[int, BranchPoint]] = []

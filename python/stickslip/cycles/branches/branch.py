@@ -19,6 +19,8 @@ from stickslip.show.summary import Summary, Table
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
+#: Parts of the range at whose ends the first orbit of a branch is looked for.
+STARTS = 16
 
 #: A value of the parameter and the orbit there.
 Placed = tuple[float, Cycle]
@@ -143,25 +145,36 @@ def checked_cycle(cycle: Any) -> None:
         raise InputError(f"cycle: expected a Cycle, got {described(cycle)}{hint}")
 
 
-def first_orbit(cycle: Cycle, name: str, value: float, scene_at: SceneAt) -> Cycle:
-    """Return the orbit at the first value of a branch, from the cycle where it begins.
+def first_orbit(cycle: Cycle, name: str, ends: tuple[float, float], scene_at: SceneAt) -> Cycle:
+    """Return the orbit at the first value of a branch, reached in steps where it is far from the cycle's own.
 
     Raises
     ------
     OrbitError
-        If Newton's method does not find it; the message says where to begin.
+        If it is not found, or its phases do not follow each other; the message says where to begin.
     """
+    begin, end = ends
     try:
-        return cycle.continued(scene_at(value))
-    except OrbitError as error:
+        own: float | None = Family(cycle.scene).value(name)
+    except InputError:
+        own = None
+    # A function of its own does not tell the value of the cycle: the first one that Newton's method reaches.
+    starts = [begin, *(np.linspace(begin, end, STARTS + 1)[1:].tolist() if own is None else [own])]
+    reason: OrbitError | None = None
+    for start in starts:
         try:
-            own = f", {Family(cycle.scene).value(name):g}"
-        except InputError:
-            own = ""
-        raise OrbitError(
-            f"{name}: no orbit is found at the first value, {value:g} ({error}); "
-            f"begin at the value of the cycle{own}"
-        ) from error
+            near = cycle.continued(scene_at(start))
+            first = near if start == begin else continued((start, near), begin, scene_at)
+            if first.core.orbit().shortest < 0.0:
+                raise OrbitError("the phases of the orbit no longer follow each other")
+        except OrbitError as error:
+            reason = error
+        else:
+            return first
+    raise OrbitError(
+        f"{name}: no orbit is found at the first value, {begin:g} ({reason}); "
+        f"begin at the value of the cycle{'' if own is None else f', {own:g}'}"
+    ) from reason
 
 
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:

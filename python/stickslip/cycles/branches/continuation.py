@@ -81,10 +81,10 @@ def continuation(
     cycle
         Where to begin: a cycle, or a point of a branch.
     parameters
-        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
-        value to reach. The branch is followed while the parameter lies between both. From a point of a branch
-        two of them with (lower, upper), the one of the branch and another one; the curve is followed to
-        the border of this rectangle.
+        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, or another
+        one that its branch comes to without a fold, and the value to reach. The branch is followed while the
+        parameter lies between both. From a point of a branch two of them with (lower, upper), the one of the
+        branch and another one; the curve is followed to the border of this rectangle.
     model
         A function from keywords to a `Scene`, or a scene; None: the scene of the cycle.
     at
