@@ -118,13 +118,7 @@ def steadily_sliding(case: ss.Case) -> bool:
 
 
 def named(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
-    """Return values by name.
-
-    Raises
-    ------
-    click.UsageError
-        If a name is there twice.
-    """
+    """Return values by name."""
     found: dict[str, T] = {}
     for name, value in pairs:
         if name in found:
@@ -167,16 +161,8 @@ class Answer:
     ) -> None:
         """Print or write what was asked for; each form is made only then.
 
-        Parameters
-        ----------
-        dataset
-            The answer for machines.
-        rows
-            Its dimensions that are rows of a CSV table.
-        shown
-            Prints the answer for people.
-        figure
-            The answer as a figure; None where there is none to draw.
+        `dataset` is the answer for machines, with the dimensions `rows` of a CSV table; `shown` prints it for
+        people; without `figure` there is none to draw.
         """
         from stickslip.files.dataset_file import write_dataset
         from stickslip.files.dataset_text import csv_text, json_text

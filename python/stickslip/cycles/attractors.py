@@ -112,11 +112,6 @@ def at_rest(scene: Scene) -> State:
 
     All other contacts slide or are open. This is where a motion starts in a scene that has no steady sliding
     because a slider rests, such as a joint under a harmonic load.
-
-    Raises
-    ------
-    InputError
-        If there is no such equilibrium, or every slider moves.
     """
     resting = [contact.tangential is not None and not contact.slider_speed for contact in scene.contacts]
     if not any(resting):

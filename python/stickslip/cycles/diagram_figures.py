@@ -21,15 +21,8 @@ from stickslip.show.units import MICROMETRES, TIMES, measured
 def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Draw the amplitude of a dof over the parameter, a marker and shade per sequence; return the Axes.
 
-    Parameters
-    ----------
-    data
-        Dataset of a bifurcation or a branch. Unstable orbits are hollow markers, orbits of unknown stability
-        are half filled, and values without a cycle are crosses at zero.
-    dof
-        Name of the dof; None: the one with the largest amplitude.
-    ax
-        Where to draw; None: on axes of its own.
+    Unstable orbits are hollow markers, orbits of unknown stability are half filled, and values without a
+    cycle are crosses at zero. Without `dof` it is the one with the largest amplitude.
     """
     if dof is None:
         largest = data.amplitude.fillna(0.0).to_numpy().max(axis=0, initial=0.0)
@@ -89,14 +82,8 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
 def basins(data: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     """Draw the attractor that each start reaches, with a colour bar that names them; return the Axes.
 
-    Parameters
-    ----------
-    data
-        Dataset of basins. White cells have no start, because it would violate its
-        combination; hatched cells were not computed, because the search was interrupted. With a
-        boundary, its cycles are lines and its bisected segments dots.
-    ax
-        Where to draw; None: on axes of its own.
+    White cells have no start, because it would violate its combination; hatched cells were not computed,
+    because the search was interrupted. With a boundary, its cycles are lines and its bisected segments dots.
     """
     reached = data.reached
     first, second = (str(name) for name in reached.dims)

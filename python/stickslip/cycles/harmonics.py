@@ -22,17 +22,7 @@ from stickslip.scene.structure import Structure
 
 
 def fourier_series(scene: Scene, period: float, coefficients: Complex) -> xr.Dataset:
-    """Return a Fourier series of the displacement as a dataset; see `Cycle.harmonics`.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    period
-        Of the motion, s.
-    coefficients
-        c_k, (harmonic, dof), from harmonic 0 on, m.
-    """
+    """Return the series of coefficients c_k, (harmonic, dof), m, as a dataset; see `Cycle.harmonics`."""
     order = np.arange(len(coefficients))
     amplitude = np.abs(coefficients) * np.where(order == 0, 1.0, 2.0)[:, None]
     return xr.Dataset(
@@ -49,17 +39,7 @@ def fourier_series(scene: Scene, period: float, coefficients: Complex) -> xr.Dat
 
 
 def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Dataset:
-    """Return mean energies and works per period by harmonic; see `Cycle.harmonic_energy`.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    period
-        Of the motion, s.
-    series
-        Its Fourier series, see `Cycle.harmonics`.
-    """
+    """Return mean energies and works per period of a Fourier series; see `Cycle.harmonic_energy`."""
     structure = Structure.dense(scene)
     c = series.coefficient.to_numpy().T
     omega = 2.0 * np.pi * series.frequency.to_numpy()

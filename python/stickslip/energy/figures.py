@@ -14,17 +14,7 @@ from stickslip.show.style import CONTACT
 
 
 def modal_shares(energy: xr.Dataset, combination: str, *, ax: Axes | None = None) -> Axes:
-    """Draw the energy of every mode while a combination holds, and that of the whole; return the Axes.
-
-    Parameters
-    ----------
-    energy
-        From `modal_energy`.
-    combination
-        The combination whose modes are drawn; gaps elsewhere.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw the energy of every mode while a combination holds, and that of the whole; return the Axes."""
     axes, held = axes_of(ax, (9.0, 3.8)), energy.combination == combination
     axes.semilogy(energy.time, 1e3 * energy.total.where(held), color="black", linewidth=1.4, label="all")
     frequencies = energy.frequency.where(held).max("time").to_numpy()

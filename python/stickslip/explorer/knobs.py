@@ -19,27 +19,18 @@ POSITIVE = (0.1, 2.5)
 
 @dataclass(frozen=True)
 class Knob:
-    """One parameter.
+    """One parameter."""
 
-    Attributes
-    ----------
-    name
-        As in `sweep`.
-    entry
-        The field or keyword that it is a part of: ``friction`` of ``friction_0``.
-    value
-        Present value; None: the parameter follows another one, as static friction does.
-    low, high
-        The range of its slider.
-    unit
-        "" where it is not known.
-    """
-
+    #: As in `sweep`.
     name: str
+    #: The field or keyword that it is a part of: ``friction`` of ``friction_0``.
     entry: str
+    #: Present value; None: the parameter follows another one, as static friction does.
     value: float | None
+    #: The range of its slider.
     low: float
     high: float
+    #: "" where it is not known.
     unit: str
 
 

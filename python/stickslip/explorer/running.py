@@ -23,13 +23,7 @@ PORTS = 65535
 
 
 class Explorer:
-    """A running page; `close` ends it, and so does leaving a ``with`` block.
-
-    Attributes
-    ----------
-    url
-        Its address on this machine.
-    """
+    """A running page at the address `url`; `close` ends it, and so does leaving a ``with`` block."""
 
     def __init__(self, explored: Explored, port: int) -> None:
         self._server = Server(explored, port)

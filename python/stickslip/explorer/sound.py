@@ -23,18 +23,6 @@ def sound(run: Trajectory, contact: int | str = 0) -> bytes:
     The motion is sampled more finely than the file and filtered, so that the corners of its velocity are not
     aliased into audible tones. You hear the velocity of the contact itself, without the path of the sound
     through structure and air; its loudness has no meaning.
-
-    Parameters
-    ----------
-    run
-        The motion, which is written as a whole.
-    contact
-        Name or index of the contact.
-
-    Raises
-    ------
-    InputError
-        If there is no such contact, or the motion is too short to be heard.
     """
     from scipy.signal import resample_poly
 

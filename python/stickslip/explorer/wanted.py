@@ -39,20 +39,13 @@ class MalformedError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Explored:
-    """The model that a page explores.
+    """The model that a page explores."""
 
-    Parameters
-    ----------
-    case
-        The model with its start and the settings of its run.
-    known
-        What is known of the scene beyond its numbers.
-    title
-        What the page calls it.
-    """
-
+    #: The model with its start and the settings of its run.
     case: Case
+    #: What is known of the scene beyond its numbers.
     known: Known
+    #: What the page calls it.
     title: str
     family: Family = field(init=False)
 
@@ -120,20 +113,13 @@ class Explored:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be.
+    """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be."""
 
-    Parameters
-    ----------
-    explored
-        The model.
-    message
-        What the page sent.
-    pause
-        Lets other messages be computed first; raises `ConnectionError` where the page waits no longer.
-    """
-
+    #: The model.
     explored: Explored
+    #: What the page sent.
     message: Mapping[str, Any]
+    #: Lets other messages be computed first; raises `ConnectionError` where the page waits no longer.
     pause: Callable[[], None] = lambda: None
 
     def __post_init__(self) -> None:
@@ -206,11 +192,6 @@ class Wanted:
         """Return the equilibrium that motions start about, its modes, and "" or why it is no steady sliding.
 
         Where a slider rests, its contact sticks in that equilibrium.
-
-        Raises
-        ------
-        InputError
-            If there is no equilibrium.
         """
         try:
             state: State = steady_sliding(scene)

@@ -192,16 +192,7 @@ class Case:
 
 
 def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
-    """Write a scene or a case as TOML, see `stickslip.save`.
-
-    Raises
-    ------
-    InputError
-        If `matrices` is no known word, the model is a function that a file cannot name, or a value has no
-        form in TOML.
-    OSError
-        If the file cannot be written.
-    """
+    """Write a scene or a case as TOML, see `stickslip.save`."""
     if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
         raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
     if isinstance(what, Scene):
@@ -247,25 +238,13 @@ def _section(section: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
 
 
 def load_case(path: str | Path) -> Case:
-    """Return the case that a scene file holds; see `Case` and `stickslip.files.scene_file`.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or anything in it is ill-posed: the message names file, key and value.
-    """
+    """Return the case that a scene file holds; see `Case` and `stickslip.files.scene_file`."""
     file = file_path(path)
     return _case(file, read_tables(file))
 
 
 def case_of_text(text: str) -> Case:
-    """Return the case that the text of a scene file holds.
-
-    Raises
-    ------
-    InputError
-        As `load_case`.
-    """
+    """Return the case that the text of a scene file holds."""
     return _case(Path("scene"), tomllib.loads(text))
 
 

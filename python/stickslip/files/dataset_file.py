@@ -42,25 +42,8 @@ def write_dataset(
 ) -> None:
     """Write labelled numbers as `.nc` or `.zarr`, which `read_dataset` reads, or as a `.csv` table.
 
-    A file that exists is replaced once the new one is complete; an error leaves it as it was.
-
-    Parameters
-    ----------
-    dataset
-        A dataset or array of numbers, truth values and texts, or a result with a method `to_dataset`.
-    path
-        The file; its suffix says what it is. `.zarr` is a folder and needs zarr (``stickslip[study]``).
-    rows
-        Dimensions of the rows of a CSV table; None: the first dimension. What has more dimensions gets a
-        column per label, what has none of them is left out, and complex numbers have two columns.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another, a dimension of `rows` is unknown, a variable or an attribute holds something
-        else than numbers, truth values and texts, zarr is missing, or the folder holds something else.
-    OSError
-        If the file cannot be written.
+    A file that exists is replaced once the new one is complete; an error leaves it as it was. `rows` are the
+    dimensions of the rows of a table, see `csv_text`.
     """
     file = _file(path, (".nc", ".zarr", ".csv"))
     labelled = _labelled(dataset)
@@ -79,14 +62,7 @@ def write_dataset(
 
 
 def read_dataset(path: str | Path) -> xr.Dataset:
-    """Return a dataset that `write_dataset` wrote as `.nc` or `.zarr`.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another, the file is none that can be read, of a later version of stickslip, or zarr
-        is missing.
-    """
+    """Return a dataset that `write_dataset` wrote as `.nc` or `.zarr`."""
     import xarray as xr
 
     file = _file(path, (".nc", ".zarr"))

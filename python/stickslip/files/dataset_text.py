@@ -19,11 +19,6 @@ def csv_text(dataset: xr.Dataset, rows: Sequence[str] | None = None) -> str:
     """Return one table of a dataset, of one row if it has no dimension; numbers have all their digits.
 
     What has more dimensions than the `rows` gets a column per label; what has none of them is left out.
-
-    Raises
-    ------
-    InputError
-        If a dimension of `rows` is unknown.
     """
     import xarray as xr
 

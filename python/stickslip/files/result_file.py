@@ -69,13 +69,7 @@ def kept(result: Any) -> xr.Dataset:
 
 
 def restored(file: Path, data: xr.Dataset) -> Any:
-    """Return the result that `kept` has written, or the dataset if it is none.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not what `kept` has written.
-    """
+    """Return the result that `kept` has written, or the dataset if it is none."""
     name = data.attrs.pop(RESULT, None)
     if name is None:
         return data

@@ -51,13 +51,7 @@ RANGE_KEYS = ("from", "to", "count")
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is none (a pipe) or no TOML; the message has the line.
-    """
+    """Return the tables of a TOML file."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError(f"{path}: expected a regular file")
     try:
@@ -79,13 +73,7 @@ def located(place: str) -> Iterator[None]:
 
 
 def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] = ()) -> None:
-    """Refuse a table with other keys than `keys`, or without one of `needs`.
-
-    Raises
-    ------
-    InputError
-        Naming the key, and the nearest ones.
-    """
+    """Refuse a table with other keys than `keys`, or without one of `needs`."""
     if not isinstance(table, Mapping):
         raise InputError(f"{place}: expected a table, got {table!r}")
     for key, value in table.items():
@@ -99,13 +87,7 @@ def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] 
 
 
 def scene_from(path: Path, table: dict[str, Any]) -> Scene:
-    """Return the scene of a table `[scene]`.
-
-    Raises
-    ------
-    InputError
-        Naming file, key and value.
-    """
+    """Return the scene of a table `[scene]`."""
     known(f"{path}: [scene]", table, SCENE_KEYS, ("mass", "stiffness"))
     contacts = table.get("contact", [])
     if not isinstance(contacts, list):
@@ -198,13 +180,7 @@ def _element(path: Path, place: int, table: Any) -> Element:
 
 
 def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
-    """Return the model function of a table `[model]` with the parameters that stand there.
-
-    Raises
-    ------
-    InputError
-        Naming file, key and value.
-    """
+    """Return the model function of a table `[model]` with the parameters that stand there."""
     place = f"{path}: [model]"
     if not isinstance(table, Mapping) or "name" not in table:
         raise InputError(f"{place}: name is missing; known: {', '.join(models.MODELS)}")
@@ -349,13 +325,7 @@ def _written(path: Path, key: str, value: Any, matrices: Matrices) -> Any:
 
 
 def parameter_values(name: str, value: Any) -> Real:
-    """Return the values of a parameter, (k,), from numbers or from ``{from, to, count}``.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return the values of a parameter, (k,), from numbers or from ``{from, to, count}``."""
     if isinstance(value, Mapping):
         known(name, value, RANGE_KEYS, RANGE_KEYS)
         count = value["count"]

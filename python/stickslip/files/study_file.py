@@ -55,22 +55,7 @@ def study_of(
     start: Mapping[str, Any],
     changes: Mapping[str, Any],
 ) -> Study:
-    """Return the study of a case, see `Case.to_study`.
-
-    Parameters
-    ----------
-    model, run, start
-        What a `Case` holds of them.
-    section
-        Its section `[study]`.
-    changes
-        Arguments of `Study` that go before what the section says; None: as it stands.
-
-    Raises
-    ------
-    InputError
-        If there are no parameters, or anything is ill-posed.
-    """
+    """Return the study of a case, see `Case.to_study`; None in `changes` leaves an argument as it stands."""
     known("[study]", section, KEYS)
     changed = {key: value for key, value in changes.items() if value is not None}
     given = {**section, **changed}
@@ -89,13 +74,7 @@ def study_of(
 
 
 def distribution(name: str, value: Any) -> Any:
-    """Return a frozen distribution, or the values of a grid, from what a file says of a parameter.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return a frozen distribution, or the values of a grid, from what a file says of a parameter."""
     if not isinstance(value, Mapping) or set(value) & set(RANGE_KEYS):
         return parameter_values(name, value)
     from scipy import stats

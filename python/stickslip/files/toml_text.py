@@ -24,11 +24,6 @@ def toml_text(tables: Mapping[str, Any], older: str = "") -> str:
 
     `older` is a text of which comments, order and form stay wherever its keys and values do; one that is no
     TOML is replaced.
-
-    Raises
-    ------
-    InputError
-        If a value has no form in TOML, or a text cannot be encoded.
     """
     new = tomlkit.document()
     _update(new, tables, ())

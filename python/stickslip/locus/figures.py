@@ -32,19 +32,8 @@ def loci(
 ) -> Figure:
     """Return a Figure of growth rates and frequencies of branches over their parameter (the paper's Fig. 3).
 
-    Unstable parts are red and thick.
-
-    Parameters
-    ----------
-    branches
-        A sweep over one parameter.
-    slow
-        Whether to leave out growth rates far below those of the least damped branches; with them the least
-        damped branches would lie on one line.
-    critical
-        Result of `critical_points`: rings mark its Hopf points.
-    figure
-        Where to draw, with two panels or none; None: in a new one.
+    Unstable parts are red and thick; rings mark the Hopf points of `critical`. Unless `slow`, growth rates
+    far below those of the least damped branches are left out; with them these would lie on one line.
     """
     (name,) = _parameters(branches)
     drawn, (growth, frequency) = panels_of(figure, (1, 2), (9.0, 4.2))
@@ -91,18 +80,6 @@ def stability_map(branches: xr.Dataset, *, figure: FigureBase | None = None) -> 
     The border of stability, where the largest growth rate is zero, is the black line of both panels. It is
     interpolated linearly between the values of the sweep, so a finer sweep makes it smoother. If no more than
     one mode is unstable anywhere, there is no panel of the number: it would repeat the border.
-
-    Parameters
-    ----------
-    branches
-        A sweep over two parameters, at least two values of each.
-    figure
-        Where to draw, with as many panels or none; None: in a new one.
-
-    Raises
-    ------
-    InputError
-        If the sweep is over more parameters, or over a single value of one.
     """
     names = _parameters(branches)
     if len(names) != 2 or min(branches.sizes[name] for name in names) < 2:

@@ -57,15 +57,7 @@ class Sliding:
     ) -> None:
         """Refuse a path on which sliding turns round or contacts open: no branch leads across.
 
-        Parameters
-        ----------
-        letters
-            The combination at the first of the `ends`.
-
-        Raises
-        ------
-        InputError
-            If that at the second is another one; it names the value between at which it changes.
+        `letters` is the combination at the first of the `ends`.
         """
 
         def scene_at(value: float) -> Scene:
@@ -96,13 +88,7 @@ class Sliding:
         )
 
     def path(self, name: str, lower: float, upper: float, fixed: Mapping[str, float]) -> _core.Path:
-        """Return the path from `lower` to `upper` of one parameter, the others at `fixed` values.
-
-        Raises
-        ------
-        InputError
-            If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
-        """
+        """Return the path from `lower` to `upper` of one parameter, the others at `fixed` values."""
         if not is_linear(self.family.model, name):
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.

@@ -12,11 +12,6 @@ def spiral(eigenvalue: complex, shape: Complex, periods: float, samples: int) ->
     """Return times, (samples,), s, and ``Re(shape e^{lambda t})`` at them, (samples, dofs).
 
     `periods` are ``2 pi / |Im lambda|``, or time constants ``1 / |lambda|`` if lambda is real.
-
-    Raises
-    ------
-    InputError
-        If the eigenvalue is zero, `periods` is not positive, or there are fewer than two samples.
     """
     rate = abs(eigenvalue.imag) / (2.0 * np.pi) or abs(eigenvalue)
     if rate == 0.0:

@@ -65,54 +65,38 @@ SHORTEST_SEARCH = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """The results that a report shows; if a field is None, `reasons` says why under the name of the field.
+    """The results that a report shows; if a field is None, `reasons` says why under the name of the field."""
 
-    Attributes
-    ----------
-    scene, title
-        What the report is about.
-    equilibrium
-        Steady sliding.
-    modes
-        Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
-        their sliders drive them (in positive sliding where a slider rests).
-    parameter, loci, critical
-        Eigenvalues over friction (of all contacts, or a factor on the friction of each), or over slider speed
-        where friction depends on it, and where their kind changes.
-    boundary
-        The curves over two parameters on which stability ends; None also where none were asked for.
-    start, run
-        The disturbed start and the motion from there.
-    cycle
-        The limit cycle to which the motion settles, if it is periodic.
-    settled
-        The kind of motion otherwise (`NotPeriodicError.kind`).
-    last
-        The motion that the report shows in detail: one period of the cycle, or the last stretch of the run.
-    balance
-        Energy balance of `last`, from `since` on.
-    since
-        Start of the part of `last` whose energy and spectrum the report shows, s: its last quarter if there
-        are many dofs and no cycle, otherwise its start.
-    lines
-        Spectrum of `last` from `since` on, of all dofs.
-    """
-
+    #: What the report is about.
     scene: Scene
     title: str
+    #: Steady sliding.
     equilibrium: State | None
+    #: Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
+    #: their sliders drive them (in positive sliding where a slider rests).
     modes: Modes
+    #: Eigenvalues over friction (of all contacts, or a factor on the friction of each), or over slider speed
+    #: where friction depends on it, and where their kind changes.
     parameter: str
     loci: xr.Dataset | None
     critical: list[CriticalPoint]
+    #: The curves over two parameters on which stability ends; None also where none were asked for.
     boundary: StabilityBoundary | None
+    #: The disturbed start and the motion from there.
     start: State | None
     run: Trajectory | None
+    #: The limit cycle to which the motion settles, if it is periodic.
     cycle: Cycle | None
+    #: The kind of motion otherwise (`NotPeriodicError.kind`).
     settled: str
+    #: The motion that the report shows in detail: one period of the cycle, or the last stretch of the run.
     last: Motion | None
+    #: Energy balance of `last`, from `since` on.
     balance: Balance | None
+    #: Start of the part of `last` whose energy and spectrum the report shows, s: its last quarter if there
+    #: are many dofs and no cycle, otherwise its start.
     since: float
+    #: Spectrum of `last` from `since` on, of all dofs.
     lines: xr.Dataset | None
     reasons: dict[str, str]
     known: Known
@@ -145,35 +129,11 @@ def findings(
     known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
-    """Compute what a report tells.
+    """Compute what a report tells; the arguments are those of `write_report`.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    title
-        Name of the scene in the report.
-    start
-        State in which the motion starts; None: the start that is `known` of the scene, or steady sliding with
-        its leading mode set in motion (`disturbed_sliding`).
-    settings
-        Arguments of `simulate`. Without a duration the motion lasts as long as the leading mode takes to grow
-        (or decay) by e^30, but 20 to 400 of its periods. Without `max_events` the number of dofs limits the
-        events. The search for what the motion settles to has the rest of the time limit (default 30 s of
-        computing).
-    model, parameters
-        The model to which the scene belongs (None: the scene itself), and one of its parameters with the
-        values over which eigenvalues are followed; None: friction. Of two parameters with values: the curves
-        between the smallest and the largest on which stability ends, besides eigenvalues over friction.
-    known
-        What is known of the scene beyond its numbers.
-    told
-        Function that is called with the name of each step as it begins.
-
-    Raises
-    ------
-    InputError
-        If a setting is ill-posed, or the start does not fit the scene.
+    Without a duration the motion lasts as long as the leading mode takes to grow (or decay) by e^30, but 20
+    to 400 of its periods. Without `max_events` the number of dofs limits the events. The search for what the
+    motion settles to has the rest of the time limit.
     """
     reasons: dict[str, str] = {}
     told("computing the modes of steady sliding")

@@ -31,13 +31,6 @@ def drawing(structure: Schematic, modes: Modes, mode: int) -> Markup:
 
     The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and
     imaginary part; growth is left out. Without a script they stand at phase 0.
-
-    Parameters
-    ----------
-    structure
-        The drawing of the scene, as figures and the explorer have it.
-    modes, mode
-        Which mode.
     """
     shape = modes.shapes[:, mode]
     bars, width = _all_dofs(modes.dofs, shape)

@@ -137,18 +137,7 @@ def page(
     model: Model | None = None,
     told: Callable[[str], None] = lambda _: None,
 ) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    found
-        What it tells.
-    begun
-        When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
-        not say.
-    origin, source, model, told
-        As for `write_report`.
-    """
+    """Return the page; it says how long the work took if that has `begun` (`time.perf_counter`)."""
     sections: dict[str, str] = {
         "scene": scene_section(found),
         "equilibrium": equilibrium_section(found),

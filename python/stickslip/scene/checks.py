@@ -40,13 +40,7 @@ WIDTH, STATUSES = 160, 24
 
 
 def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
-    """Return `value` as a read-only float64 array of one of the given ranks.
-
-    Raises
-    ------
-    InputError
-        If `value` is ragged, not made of real numbers, has masked entries, or is of another rank.
-    """
+    """Return `value` as a read-only float64 array of one of the given ranks."""
     if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
         raise InputError(f"{argument}: expected real numbers, got masked entries in {described(value)}")
     try:
@@ -73,13 +67,7 @@ def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
 
 
 def real_number(argument: str, value: Any) -> float:
-    """Return `value` as a float.
-
-    Raises
-    ------
-    InputError
-        If `value` is not one real number, or larger than any float.
-    """
+    """Return `value` as a float."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if not _is_real(value):
@@ -93,13 +81,7 @@ def real_number(argument: str, value: Any) -> float:
 
 
 def finite_time(argument: str, value: Any, least: float | None = None) -> float:
-    """Return a time in s: positive and finite, or also `least`.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a time in s: positive and finite, or also `least`."""
     number = real_number(argument, value)
     if 0.0 < number < np.inf or number == least:
         return number
@@ -108,13 +90,7 @@ def finite_time(argument: str, value: Any, least: float | None = None) -> float:
 
 
 def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize) -> int:
-    """Return `value` as an int.
-
-    Raises
-    ------
-    InputError
-        If `value` is no integer, less than `least`, or more than `most`, which is the largest of 64 bits.
-    """
+    """Return `value` as an int."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{argument}: expected an integer >= {least}, got {described(value)}")
     if value > most:
@@ -123,13 +99,7 @@ def whole_number(argument: str, value: Any, least: int, most: int = sys.maxsize)
 
 
 def file_path(value: Any) -> Path:
-    """Return the path of a file.
-
-    Raises
-    ------
-    InputError
-        If `value` is neither text nor a path.
-    """
+    """Return the path of a file."""
     try:
         return Path(value)
     except TypeError:
@@ -137,13 +107,7 @@ def file_path(value: Any) -> Path:
 
 
 def check_format_version(version: Any) -> None:
-    """Refuse a file of a later version of stickslip; None: a file that states no version.
-
-    Raises
-    ------
-    InputError
-        If the version is no whole number >= 1, or newer than `FORMAT_VERSION`.
-    """
+    """Refuse a file of a later version of stickslip; None: a file that states no version."""
     if version is not None and whole_number(FORMAT_KEY, version, 1) > FORMAT_VERSION:
         raise InputError(
             f"{FORMAT_KEY}: this stickslip reads files up to version {FORMAT_VERSION}, got {version}; "
@@ -152,13 +116,7 @@ def check_format_version(version: Any) -> None:
 
 
 def check_memory(argument: str, numbers: float, value: Any) -> None:
-    """Refuse work whose results alone, so many numbers of 8 bytes, are more than the memory of this machine.
-
-    Raises
-    ------
-    InputError
-        Naming the argument, its value and the size.
-    """
+    """Refuse work whose results alone, so many numbers of 8 bytes, exceed the memory of this machine."""
     try:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -172,13 +130,7 @@ def check_memory(argument: str, numbers: float, value: Any) -> None:
 
 
 def thread_count(value: Any) -> int | None:
-    """Return a number of threads; None: one per core.
-
-    Raises
-    ------
-    InputError
-        If `value` is no integer from 1 to `THREADS`.
-    """
+    """Return a number of threads; None: one per core."""
     return None if value is None else whole_number("threads", value, 1, THREADS)
 
 
@@ -202,13 +154,7 @@ def shown_statuses(combination: str) -> str:
 
 
 def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
-    """Return `value` as a read-only square-to-be matrix, kept sparse (compressed rows) if it came so.
-
-    Raises
-    ------
-    InputError
-        If `value` is not two-dimensional or not real.
-    """
+    """Return `value` as a read-only square-to-be matrix, kept sparse (compressed rows) if it came so."""
     if not scipy.sparse.issparse(value):
         array = real_array(argument, value, 2)
         if array.shape[0] != array.shape[1]:
@@ -275,13 +221,7 @@ def _described_array(given: np.ndarray[Any, Any]) -> str:
 
 
 def mass_array(mass: Any) -> Real | scipy.sparse.csr_array:
-    """Return the mass as (n,), (n, n) or sparse; a sparse one is (n,) where it is diagonal.
-
-    Raises
-    ------
-    InputError
-        If it is ill-posed.
-    """
+    """Return the mass as (n,), (n, n) or sparse; a sparse one is (n,) where it is diagonal."""
     if not scipy.sparse.issparse(mass):
         return real_array("mass", mass, 1, 2)
     rows = cast("scipy.sparse.csr_array", real_matrix("mass", mass))
@@ -297,13 +237,7 @@ def default_dofs(size: int) -> tuple[str, ...]:
 
 
 def dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
-    """Return the names of the dofs.
-
-    Raises
-    ------
-    InputError
-        If they are not as many texts, none of them empty, all different.
-    """
+    """Return the names of the dofs."""
     if dofs is None:
         return default_dofs(size)
     if isinstance(dofs, str) or not np.iterable(dofs):
@@ -324,13 +258,7 @@ def dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
 
 
 def package(name: str, wanted: str, extra: str = "study") -> Any:
-    """Return a package of an extra.
-
-    Raises
-    ------
-    InputError
-        If it is missing; the message begins with what it is wanted for.
-    """
+    """Return a package of an extra."""
     try:
         return import_module(name)
     except ImportError:

@@ -90,13 +90,7 @@ def element_names(elements: Sequence[Element]) -> list[str]:
 
 
 def checked_elements(elements: Any) -> tuple[Element, ...]:
-    """Return the springs and dampers of a scene.
-
-    Raises
-    ------
-    InputError
-        If there is something else, or two have the same name.
-    """
+    """Return the springs and dampers of a scene."""
     if isinstance(elements, _Element) or not np.iterable(elements) or isinstance(elements, str | Mapping):
         raise InputError(f"elements: expected a sequence of Spring and Damper, got {described(elements)}")
     listed = tuple(elements)

@@ -17,21 +17,14 @@ from stickslip.scene.structure import Structure
 
 @dataclass(frozen=True)
 class Known:
-    """What a report is told of a scene.
+    """What a report is told of a scene."""
 
-    Parameters
-    ----------
-    start
-        State in which the motion of the report starts; None: steady sliding with its leading mode set in
-        motion.
-    columns
-        The masses, from left to right; if none are given, each contact is drawn in its own directions.
-    section
-        A name, a heading, and what makes one more section of the report, as HTML; None: no section.
-    """
-
+    #: State in which the motion of the report starts; None: steady sliding with its leading mode set in
+    #: motion.
     start: State | None = None
+    #: The masses, from left to right; if none are given, each contact is drawn in its own directions.
     columns: Sequence[Column] = ()
+    #: A name, a heading, and what makes one more section of the report, as HTML; None: no section.
     section: tuple[str, str, Callable[[], str]] | None = None
 
 

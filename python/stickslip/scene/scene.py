@@ -373,13 +373,7 @@ class Scene(Shown):
 
 
 def checked(scene: Any) -> Scene:
-    """Return a scene as it is, and refuse anything else.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
+    """Return a scene as it is, and refuse anything else."""
     if isinstance(scene, Scene):
         return scene
     hint = "; call it to have its scene" if callable(scene) else ""
@@ -388,15 +382,7 @@ def checked(scene: Any) -> Scene:
 
 
 def checked_combination(scene: Any, combination: Any) -> str:
-    """Return the combination asked for, by default that of steady sliding; the core reads its letters.
-
-    Raises
-    ------
-    InputError
-        If `scene` is no scene, `combination` no text, or a slider speed zero where none is given.
-    NoSteadyStateError
-        If none is given and a contact would pull.
-    """
+    """Return the combination asked for, by default that of steady sliding; the core reads its letters."""
     count = len(checked(scene).contacts)
     if combination is None:
         return checked(scene).core.steady_sliding()
@@ -420,13 +406,7 @@ def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene
 
 
 def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_ContactData]:
-    """Return contacts as the core takes them.
-
-    Raises
-    ------
-    InputError
-        If one is ill-posed, or a label would stand for two of them.
-    """
+    """Return contacts as the core takes them."""
     taken = [core_contact(contact, i, dofs) for i, contact in enumerate(contacts)]
     for label, uses in Counter(contact_labels(contacts)).items():
         if uses > 1:

@@ -197,13 +197,7 @@ class State:
 
 
 def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -> Real:
-    """Return a change of a state as one amount per dof.
-
-    Raises
-    ------
-    InputError
-        If a dof is unknown or an amount is no real number.
-    """
+    """Return a change of a state as one amount per dof."""
     added = np.zeros(len(dofs))
     if isinstance(change, Mapping):
         for dof, amount in change.items():

@@ -20,42 +20,26 @@ class Structure:
     """``M x'' + (C + G) x' + (K + H) x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...).
 
     All from the core.
-
-    Attributes
-    ----------
-    mass, damping, stiffness
-        M, C + G, K + H, (n, n), sparse or dense.
-    elastic, circulatory
-        ``K + (H + H') / 2``, the matrix of the elastic energy, and the rest of H, ``H_a = (H - H') / 2``,
-        whose power on the structure is ``-u' H_a x`` at velocities u; G does no work.
-    directions
-        D, (n, 2c), the same: tangential and normal direction of every contact.
-    impulse_response
-        ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c), the same: ``P' r`` are the contact forces that balance
-        r = D f.
-    force
-        F, (n,).
     """
 
+    #: M, C + G, K + H, (n, n), sparse or dense.
     mass: Any
     damping: Any
     stiffness: Any
+    #: ``K + (H + H') / 2``, the matrix of the elastic energy, and the rest of H, ``H_a = (H - H') / 2``,
+    #: whose power on the structure is ``-u' H_a x`` at velocities u; G does no work.
     elastic: Any
     circulatory: Any
+    #: D, (n, 2c), sparse or dense: tangential and normal direction of every contact.
     directions: Any
+    #: ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c): contact forces ``P' r`` balance r = D f.
     impulse_response: Any
+    #: F, (n,).
     force: Real
 
     @classmethod
     def of(cls, scene: Scene, combination: str | None = None) -> Structure:
-        """Return the sparse matrices of a scene, about steady sliding of a combination if one is given.
-
-        Raises
-        ------
-        InputError
-            If some dofs have no mass, or contacts are compliant: their nodes are none of the dofs. If the
-            scene has springs or dampers beside its matrices, and there is no `combination` to be about.
-        """
+        """Return the sparse matrices of a scene, about steady sliding of a combination if one is given."""
         if scene.core.has_massless:
             raise InputError(
                 "scene: energies of modes and harmonics need mass on every dof and rigid contacts;"

@@ -70,18 +70,8 @@ def table(
 ) -> Markup:
     """Return a table; numbers stand to the right, the first column heads its row.
 
-    Parameters
-    ----------
-    caption
-        What the table shows; with more than `limit` rows it says how many are left out.
-    headings
-        One per column.
-    rows
-        Cells, text or numbers; a number is written to `digits` significant digits.
-    digits, limit
-        See above.
-    row_kinds
-        A class per row; none: none.
+    Numbers are written to `digits` significant digits. Of more than `limit` rows the caption says how many
+    are shown. `row_kinds` is a class per row.
     """
     listed = list(rows)
     shown = caption if len(listed) <= limit else f"{caption} ({limit} of {len(listed)} rows)"

@@ -24,24 +24,16 @@ FACES = {
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Points of a scene, the dofs that move them, and the cells between them.
+    """Points of a scene, the dofs that move them, and the cells between them."""
 
-    Attributes
-    ----------
-    points
-        Positions at rest, (p, d) with d = 2 or 3, m.
-    dofs
-        (p, d): which dof of the scene displaces a point in a direction, -1: none, it is held there. From n on
-        it is a row of `dependent`.
-    cells
-        Node places of the cells by meshio's name of their kind, (m, k) each; none: only points are known.
-    dependent
-        Displacements that are sums of dofs, (k, n) weights; None: there are none.
-    """
-
+    #: Positions at rest, (p, d) with d = 2 or 3, m.
     points: NDArray[np.float64]
+    #: (p, d): which dof of the scene displaces a point in a direction, -1: none, it is held there. From n on
+    #: it is a row of `dependent`.
     dofs: NDArray[np.int64]
+    #: Node places of the cells by meshio's name of their kind, (m, k) each; none: only points are known.
     cells: Mapping[str, NDArray[np.int64]]
+    #: Displacements that are sums of dofs, (k, n) weights; None: there are none.
     dependent: scipy.sparse.csr_array | None = None
 
     def displacements(self, position: NDArray[Any]) -> NDArray[Any]:

@@ -42,22 +42,8 @@ def panels_of(
 ) -> tuple[Any, Sequence[Axes]]:
     """Return the figure to draw in, and as many panels as a grid of rows and columns has.
 
-    Parameters
-    ----------
-    figure
-        The figure, or a part of one. Its panels are taken as they are; if it has none, they are made. None:
-        a new figure.
-    shape
-        Rows and columns.
-    size
-        Width and height of a new figure, inches.
-    **options
-        How new panels are made, see `matplotlib.figure.Figure.subplots`.
-
-    Raises
-    ------
-    InputError
-        If the figure has panels, but not as many.
+    The panels of a figure, or of a part of one, are taken as they are; if it has none, they are made with
+    `options` of `Figure.subplots`. None: a new figure of a width and height, inches.
     """
     drawn = Figure(figsize=size, layout="constrained") if figure is None else figure
     if not isinstance(drawn, FigureBase):

@@ -17,11 +17,6 @@ def replace_file(
     """Write a file under another name and rename it; its mode stays. Devices and pipes are written to.
 
     `content` is what the file holds, or a function that writes the file of a path.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; its `filename` is the path.
     """
     try:
         _replace(Path(os.path.realpath(path)), content)

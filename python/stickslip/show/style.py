@@ -65,25 +65,8 @@ def save(
 
     If the figure has several panels, they bear letters. Axes have units that suit what they show. If the
     figure has no layout engine and its border would cut a legend or label, the layout becomes "constrained".
-
-    Parameters
-    ----------
-    figure
-        The figure, or axes: the figure in which they stand.
-    path
-        The file, or a stream that takes its bytes.
-    dpi
-        Pixels per inch of a `.png`, and of the parts that other forms hold as pixels.
-    form
-        ``png``, ``pdf``, ``svg``, ``eps``; None: by the suffix.
-    width
-        Width of the figure on paper, m; None: as it is. Height, text and lines change in the same ratio, text
-        not below 6 points.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    With a `width` on paper, m, height, text and lines change in the same ratio, text not below 6 points. A
+    stream in place of a path needs a `form`: ``png``, ``pdf``, ``svg``, ``eps``.
     """
     import matplotlib
 

@@ -11,39 +11,25 @@ from stickslip.show import html
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headings.
+    """Rows under headings."""
 
-    Parameters
-    ----------
-    caption
-        What the table shows.
-    headings
-        One per column.
-    rows
-        Cells, text or numbers; the first column names its row.
-    kinds
-        A word per row that a rendering may set apart, such as ``unstable``; none: all rows are alike.
-    """
-
+    #: What the table shows.
     caption: str
+    #: One per column.
     headings: Sequence[str]
+    #: Cells, text or numbers; the first column names its row.
     rows: Sequence[Sequence[object]]
+    #: A word per row that a rendering may set apart, such as ``unstable``; none: all rows are alike.
     kinds: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Facts and tables of a result; printed it is text, in a notebook it is HTML.
+    """Facts and tables of a result; printed it is text, in a notebook it is HTML."""
 
-    Parameters
-    ----------
-    facts
-        Names and their values.
-    tables
-        The tables.
-    """
-
+    #: Names and their values.
     facts: Sequence[tuple[str, str]] = ()
+    #: The tables.
     tables: Sequence[Table] = field(default_factory=tuple)
 
     def __str__(self) -> str:

@@ -44,14 +44,8 @@ def style() -> Iterator[None]:
 def svg(figure: Figure, name: str, alternative: str) -> Markup:
     """Return a figure as an SVG element.
 
-    Parameters
-    ----------
-    figure
-        The figure.
-    name
-        Prefix of its identifiers, unique in the page.
-    alternative
-        What it shows, for those who do not see it.
+    `name` is the prefix of its identifiers, unique in the page; `alternative` says what it shows to those who
+    do not see it.
     """
     readable_units(figure)
     for axes in figure.axes:

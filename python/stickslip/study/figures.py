@@ -24,17 +24,7 @@ DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
 
 
 def probability(estimate: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw a probability over its parameter, with the confidence band; return the Axes.
-
-    Parameters
-    ----------
-    estimate
-        From `study.probability`.
-    label
-        Name of the curve for a legend.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw a probability over its parameter, with the confidence band; return the Axes."""
     over = estimate.attrs.get("over")
     if over is None:
         raise InputError("estimate: expected a probability over a parameter")
@@ -60,20 +50,7 @@ def distribution(
 ) -> Axes:
     """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`; return the Axes.
 
-    Parameters
-    ----------
-    results
-        Results of a study.
-    output
-        Name of the output.
-    bins
-        Number of bars; None: the root of the number of samples, 8 to 60.
-    label
-        Name of the curve for a legend.
-    ax
-        Where to draw; None: on axes of its own.
-    **labels
-        Coordinates of what is drawn, such as ``contact=0``.
+    None for `bins`: the root of the number of samples, 8 to 60.
     """
     values = sample_values(results, output, labels)
     values = values[~np.isnan(values)]
@@ -89,15 +66,7 @@ def distribution(
 
 
 def sobol_indices(indices: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Draw first-order and total Sobol' indices with their bands, the largest on top; return the Axes.
-
-    Parameters
-    ----------
-    indices
-        From `study.sobol_indices`.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw first-order and total Sobol' indices with their bands, the largest on top; return the Axes."""
     axes = axes_of(ax)
     ordered = indices.sortby("total")
     places = np.arange(ordered.sizes["parameter"])
@@ -120,15 +89,7 @@ def sobol_indices(indices: xr.Dataset, *, ax: Axes | None = None) -> Axes:
 
 
 def morris_effects(effects: xr.Dataset, *, ax: Axes | None = None) -> Axes:
-    """Draw the deviation of the elementary effects over their mean absolute value; return the Axes.
-
-    Parameters
-    ----------
-    effects
-        From `study.morris_effects`.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw the deviation of the elementary effects over their mean absolute value; return the Axes."""
     axes = axes_of(ax)
     x, y = effects.absolute_effect.to_numpy(), effects.deviation.to_numpy()
     axes.errorbar(x, y, xerr=effects.band.to_numpy(), fmt="o", color=DARK, ecolor="#777777", elinewidth=0.8)
@@ -158,17 +119,7 @@ def morris_effects(effects: xr.Dataset, *, ax: Axes | None = None) -> Axes:
 
 
 def convergence(estimates: xr.Dataset, *, label: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw an estimate over the number of samples, with the band of independent samples; return the Axes.
-
-    Parameters
-    ----------
-    estimates
-        From `study.convergence`.
-    label
-        Name of the curve for a legend.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw an estimate over the number of samples, with the band of independent samples; return the Axes."""
     axes = axes_of(ax)
     count = estimates["samples"].to_numpy()
     axes.fill_between(
@@ -192,21 +143,7 @@ def eigenvalue_moments(
     most: int = 5000,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw one eigenvalue of the samples, and two deviations of first order as an ellipse; return the Axes.
-
-    Parameters
-    ----------
-    moments
-        Result of `Study.eigenvalue_moments`.
-    results
-        Results of a study with the output ``eigenvalues``.
-    mode
-        Number of the mode.
-    most
-        Samples drawn.
-    ax
-        Where to draw; None: on axes of its own.
-    """
+    """Draw one eigenvalue of the samples, and two first-order deviations as an ellipse; return the Axes."""
     if "eigenvalues" not in results:
         raise InputError("results: expected the output 'eigenvalues'")
     axes = axes_of(ax)
@@ -240,15 +177,7 @@ PANELS, PER_BIN = 8, 40
 
 
 def study(results: xr.Dataset, *, figure: FigureBase | None = None) -> Figure:
-    """Return a Figure of a study: instability over every parameter, and the density of every output.
-
-    Parameters
-    ----------
-    results
-        Results of a study.
-    figure
-        Where to draw, with as many panels or none; None: in a new one.
-    """
+    """Return a Figure of a study: instability over every parameter, and the density of every output."""
     parameters = [str(name) for name, coord in results.coords.items() if coord.dims == ("sample",)]
     verdict = bool({"growth_rate", "eigenvalue", "unstable_modes"} & set(results.data_vars))
     panels: list[Callable[..., Any]] = []

@@ -123,13 +123,7 @@ class Parameters:
         return np.ascontiguousarray(np.concatenate(columns, axis=1))
 
     def moments(self) -> tuple[Real, Real]:
-        """Return mean (k,) and covariance (k, k).
-
-        Raises
-        ------
-        InputError
-            If a distribution has no variance.
-        """
+        """Return mean (k,) and covariance (k, k)."""
         if self.levels:
             raise InputError("parameters: a grid has no moments")
         means: list[float] = []
@@ -160,16 +154,8 @@ class Parameters:
 def parameters(given: Any) -> Parameters:
     """Return the parameters of a study from what a user gives.
 
-    Parameters
-    ----------
-    given
-        Name to frozen ``scipy.stats`` distribution; tuple of names to `GaussianCopula` or frozen
-        ``scipy.stats.multivariate_normal``; or, for a grid, name to values (k,).
-
-    Raises
-    ------
-    InputError
-        If there is none, a name comes twice, or a value is none of these.
+    That is name to frozen ``scipy.stats`` distribution; tuple of names to `GaussianCopula` or frozen
+    ``scipy.stats.multivariate_normal``; or, for a grid, name to values (k,).
     """
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"parameters: expected at least one name with its distribution, got {given!r}")

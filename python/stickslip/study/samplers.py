@@ -31,27 +31,10 @@ LEVELS = 4
 def unit_design(sampler: str, count: int, dimension: int, seed: int, options: Mapping[str, Any]) -> Real:
     """Return a design in the unit cube, (rows, dimension).
 
-    Parameters
-    ----------
-    sampler
-        ``random``; ``latin_hypercube``; ``sobol`` (scrambled unless ``scramble=False``); ``saltelli``, the
-        design of Sobol' indices with ``count (dimension + 2)`` rows, ``count (2 dimension + 2)`` with
-        ``second_order=True`` (Saltelli 2002; Saltelli et al. 2010); ``morris``, ``count`` trajectories of
-        ``dimension + 1`` rows over ``levels`` levels (Morris 1991), whose level k lies at (k + 1/2) / levels,
-        so that no quantile is infinite.
-    count
-        >= 1.
-    dimension
-        >= 1.
-    seed
-        >= 0.
-    options
-        See `sampler`.
-
-    Raises
-    ------
-    InputError
-        If the sampler or an option is unknown, or SALib is needed and missing.
+    ``sobol`` is scrambled unless ``scramble=False``. ``saltelli``, the design of Sobol' indices, has ``count
+    (dimension + 2)`` rows, ``count (2 dimension + 2)`` with ``second_order=True`` (Saltelli 2002; Saltelli et
+    al. 2010). ``morris`` has ``count`` trajectories of ``dimension + 1`` rows over ``levels`` levels (Morris
+    1991), whose level k lies at (k + 1/2) / levels, so that no quantile is infinite.
     """
     if sampler not in SAMPLERS:
         raise InputError(f"sampler: expected one of {[*SAMPLERS, 'grid']}, got {sampler!r}")
@@ -87,13 +70,7 @@ def problem(names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def salib(module: str) -> Any:
-    """Return a module of SALib.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """Return a module of SALib."""
     try:
         return import_module(f"SALib.{module}")
     except ImportError:

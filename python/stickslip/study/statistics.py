@@ -42,13 +42,7 @@ def unstacked(results: xr.Dataset) -> xr.Dataset:
 
 
 def unstable(results: xr.Dataset) -> Any:
-    """Return whether steady sliding is unstable, (sample,) float: nan where it is not known.
-
-    Raises
-    ------
-    InputError
-        If none of ``growth_rate``, ``eigenvalue`` and ``unstable_modes`` was asked for.
-    """
+    """Return whether steady sliding is unstable, (sample,) float: nan where it is not known."""
     if "growth_rate" in results:
         rate = results.growth_rate.to_numpy()
     elif "eigenvalue" in results:
@@ -296,13 +290,7 @@ def _parameter(results: xr.Dataset, name: str) -> Real:
 
 
 def sample_values(results: xr.Dataset, output: str, labels: dict[str, Any]) -> Real:
-    """Return a real output, (sample,), nan where there is no value; ``unstable`` for the verdict.
-
-    Raises
-    ------
-    InputError
-        If the output is unknown or complex, or has dimensions left.
-    """
+    """Return a real output, (sample,), nan where there is no value; ``unstable`` for the verdict."""
     if output == "unstable" and output not in results:
         return np.asarray(unstable(results), dtype=float)
     if output not in results.data_vars:

@@ -96,13 +96,7 @@ def run_settings(
     accumulation_tolerance: Any,
     on_grazing: Any,
 ) -> RunSettings:
-    """Return what a run takes besides scene and start, as the core takes it.
-
-    Raises
-    ------
-    InputError
-        If one of them has the wrong type or is no known word.
-    """
+    """Return what a run takes besides scene and start, as the core takes it."""
     if method not in ("auto", "modal", "taylor", "local"):
         raise InputError(f"method: expected 'auto', 'modal', 'taylor' or 'local', got {method!r}")
     if on_grazing not in ("keep", "stop"):

@@ -111,13 +111,7 @@ def is_large(sliding: Sliding, name: str, value: float, fixed: Mapping[str, floa
 
 
 def wanted_region(band: Sequence[float] | None, growth: Sequence[float | None]) -> Region | None:
-    """Return what a band in Hz and a range of growth rates bound, None without a band.
-
-    Raises
-    ------
-    InputError
-        If one is ill-posed, or growth is given without band.
-    """
+    """Return what a band in Hz and a range of growth rates bound, None without a band."""
     if band is not None:
         return region_of(band, growth)
     if tuple(growth) != (None, None):
@@ -126,12 +120,6 @@ def wanted_region(band: Sequence[float] | None, growth: Sequence[float | None]) 
 
 
 def refuse(name: str, given: Any) -> None:
-    """Refuse an option that goes without a band.
-
-    Raises
-    ------
-    InputError
-        If it is given.
-    """
+    """Refuse an option that goes without a band."""
     if given:
         raise InputError(f"{name}: cannot be given together with band, got {given!r}")

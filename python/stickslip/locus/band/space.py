@@ -32,17 +32,11 @@ _BEYOND = 0.1
 
 @dataclass
 class BandSpace:
-    """What right and left modes of a band, and equilibria, of some scenes of a family span.
+    """What right and left modes of a band, and equilibria, of some scenes of a family span."""
 
-    Parameters
-    ----------
-    letters
-        The status combination of all of them.
-    region
-        The band.
-    """
-
+    #: The status combination of all of them.
     letters: str
+    #: The band.
     region: Region
     #: Units of coordinates; empty before any modes are taken.
     scaling: Real = field(default_factory=lambda: np.zeros(0))

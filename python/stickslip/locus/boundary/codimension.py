@@ -61,12 +61,7 @@ def others(trace: Trace, y: Real) -> Complex:
 def meetings(trace: Trace, steady: Index) -> list[Meeting]:
     """Return the points of a curve at which something else holds as well.
 
-    Parameters
-    ----------
-    trace
-        The curve.
-    steady
-        Contacts whose margins matter: those that may separate.
+    `steady` are the contacts whose margins matter: those that may separate.
     """
     plane, condition = trace.condition.plane, trace.condition
     found = [

@@ -53,16 +53,7 @@ def stability_boundary(
 ) -> Axes:
     """Draw curves, and points at which they meet, over two parameters; return the Axes.
 
-    Parameters
-    ----------
-    curves, points
-        What to draw.
-    ranges, units
-        Of the two parameters by name; the second one is the horizontal axis.
-    growth
-        Largest growth rate over both, 1/s, drawn below the curves; None: nothing.
-    ax
-        Where to draw; None: on axes of its own.
+    The second parameter is the horizontal axis. The largest `growth` rate, 1/s, lies below the curves.
     """
     axes = axes_of(ax)
     upward, across = ranges

@@ -76,23 +76,10 @@ class _Piece:
 class Plane:
     """A family of scenes over two parameters.
 
-    Parameters
-    ----------
-    sliding
-        The scenes and their status combination.
-    ranges
-        Lower and upper value by name, two of them.
-    fixed
-        Values of other parameters.
-    region
-        Part of the plane of eigenvalues that counts; None: all of it.
-    basis
-        Directions on which the matrices are projected, (m, r); None: they are not.
-
-    Raises
-    ------
-    InputError
-        If a scene is ill-posed, sliding turns round or contacts open, or the matrices are not smooth.
+    `sliding` has the scenes and their status combination, `ranges` the lower and upper value of two
+    parameters by name, `fixed` the values of others. `region` is the part of the plane of eigenvalues that
+    counts; None: all of it. `basis`, (m, r), are directions on which the matrices are projected; None: they
+    are not.
     """
 
     def __init__(

@@ -72,17 +72,11 @@ class Crossing:
 
 @dataclass
 class Search:
-    """The curves of a plane, and what is known of its map.
+    """The curves of a plane, and what is known of its map."""
 
-    Parameters
-    ----------
-    plane
-        The scenes.
-    cells
-        Number of lines in each parameter.
-    """
-
+    #: The scenes.
     plane: Plane
+    #: Number of lines in each parameter.
     cells: int
     traces: list[Trace] = field(default_factory=list)
     #: What is not settled, in words.
@@ -99,13 +93,7 @@ class Search:
         self.modes = np.zeros(self.growth.shape, dtype=int)
 
     def run(self) -> Iterator[tuple[int, int]]:
-        """Find everything; yield how many lines and rows of all are done, so that a caller may stop.
-
-        Raises
-        ------
-        InputError
-            If modes that neither grow nor decay begin to grow without reaching the imaginary axis.
-        """
+        """Find everything; yield how many lines and rows of all are done, so that a caller may stop."""
         rows, total = FINER * self.cells, (2 + FINER) * self.cells
         places = (np.arange(self.cells) + 0.5) / self.cells
         for k, (axis, place) in enumerate((axis, float(place)) for axis in (0, 1) for place in places):

@@ -36,29 +36,20 @@ class _LostError(Exception):
 
 @dataclass
 class Trace:
-    """Points of one curve in order.
-
-    Attributes
-    ----------
-    points, tangents
-        (k, 2), of Hopf curves (k, 3), see `Condition`.
-    errors
-        By how much the condition misses at every point, (k,).
-    ends
-        Why the curve ends at either side: ``range``, ``band``, ``zero_frequency``, ``closed``, or ``lost``.
-    turns
-        Places in `points` at which the curve turns, with the axis, 0 or 1, in which it does.
-    missing
-        Numbers of eigenvalues of a band that are not found at the points, nan where they are not counted;
-        None where all are computed.
-    """
+    """Points of one curve in order."""
 
     condition: Condition
+    #: (k, 2), of Hopf curves (k, 3), see `Condition`.
     points: Real
     tangents: Real
+    #: By how much the condition misses at every point, (k,).
     errors: Real
+    #: Why the curve ends at either side: ``range``, ``band``, ``zero_frequency``, ``closed``, or ``lost``.
     ends: tuple[str, str]
+    #: Places in `points` at which the curve turns, with the axis, 0 or 1, in which it does.
     turns: list[tuple[int, int]] = field(default_factory=list)
+    #: Numbers of eigenvalues of a band that are not found at the points, nan where they are not counted; None
+    #: where all are computed.
     missing: Real | None = None
 
     @property

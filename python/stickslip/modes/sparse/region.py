@@ -97,13 +97,8 @@ class Panel:
 def contour(region: Region, distance: float) -> list[Panel]:
     """Return panels once round a region counterclockwise: round its upper half, if it contains real numbers.
 
-    Parameters
-    ----------
-    region
-        The region.
-    distance
-        How far eigenvalues keep from its bounds, 1/s. Eigenvalues of a lightly damped structure lie near the
-        imaginary axis; away from it panels become longer.
+    Eigenvalues keep a `distance` from its bounds, 1/s: those of a lightly damped structure lie near the
+    imaginary axis, and away from it panels become longer.
     """
     low, high = region.low, region.high
     left, right = max(region.left, -high), min(region.right, high)

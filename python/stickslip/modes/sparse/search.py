@@ -148,14 +148,7 @@ def covered(search: Search, region: Region) -> float:
 def certified(search: Search, region: Region, width: float) -> Answer:
     """Return what a search has found in a region, after going on for what the certificate misses.
 
-    Parameters
-    ----------
-    search
-        It has covered the region.
-    region
-        The region.
-    width
-        How far beyond its bounds, 1/s: there the contour lies.
+    The contour lies `width` beyond the bounds of the region, 1/s.
     """
     outer = region.wider(width)
     distance = width

@@ -63,24 +63,10 @@ class Found:
 def search_near(
     pencil: SparsePencil, shift: complex, count: int, radius: float = np.inf, *, seed: int = 0, moves: int = 2
 ) -> Found:
-    """Return the `count` eigenpairs nearest to a shift, fewer if those within `radius` are fewer.
+    """Return the `count` eigenpairs nearest to a shift, 1/s, fewer if those within `radius`, 1/s, are fewer.
 
-    Those of rigid bodies, which are known, are left out.
-
-    Parameters
-    ----------
-    pencil
-        The pencil.
-    shift
-        1/s.
-    count
-        Largest number of pairs; `Found.radius` is then smaller than `radius`.
-    radius
-        Distance from the shift within which all pairs are wanted, 1/s.
-    seed
-        Of the random start.
-    moves
-        How often the shift may be moved aside where P is singular.
+    Those of rigid bodies, which are known, are left out. If there are more, `Found.radius` is smaller than
+    `radius`. Where P is singular the shift is moved aside, `moves` times at most.
     """
     size = pencil.size
     # In such units both halves of a state have the same size.

@@ -36,20 +36,7 @@ class Header(NamedTuple):
 def matrix_header(path: Path, name: str | None = None, default: str | None = None) -> Header:
     """Return what a file says of an array, without reading it.
 
-    Parameters
-    ----------
-    path
-        The file; its suffix says what it is.
-    name
-        Which of its arrays; None: `default` if there is one of that name, or the only one.
-    default
-        See `name`.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is damaged or not of its kind, it holds no array of that name, or an
-        array that has more entries than its shape or the file can hold.
+    Without a `name` it is the array `default` if there is one, or the only one.
     """
     return _chosen(path, name, default)[1]
 
@@ -64,20 +51,7 @@ def read_matrix(path: Path, name: str | None = None, default: str | None = None)
 
 
 def read_array(path: Path, name: str) -> Any:
-    """Return an array of a file, whatever its entries, as its reader gives it; its others are not read.
-
-    Parameters
-    ----------
-    path
-        The file; its suffix says what it is.
-    name
-        Which of its arrays, by the names of `array_headers`.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged.
-    """
+    """Return an array of a file, whatever its entries, as its reader gives it; its others are not read."""
     with readable(path):
         if _kind(path) == "mtx":
             return scipy.io.mmread(path)
@@ -88,13 +62,7 @@ def read_array(path: Path, name: str) -> Any:
 
 
 def array_headers(path: Path) -> dict[str, Header]:
-    """Return what a file says of its arrays, by name; the only one of a file without names has its stem.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is damaged or not of its kind.
-    """
+    """Return what a file says of its arrays, by name; the only one of a file without names has its stem."""
     kind = _kind(path)
     if not path.is_file():
         raise InputError(f"no such file: {path}")
@@ -131,13 +99,7 @@ def readable(path: Path) -> Iterator[None]:
 
 
 def write_matrix(path: Path, name: str, array: Any) -> None:
-    """Write one array, dense or sparse, to a file of the kind that its suffix names.
-
-    Raises
-    ------
-    InputError
-        If the suffix is none of `.npz`, `.mat`, `.mtx`.
-    """
+    """Write one array, dense or sparse, to a file of the kind that its suffix names."""
     kind = _kind(path)
     sparse = scipy.sparse.issparse(array)
     if kind == "npz" and sparse:

@@ -18,39 +18,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Instants:
-    """Displacements at k instants.
+    """Displacements at k instants."""
 
-    Attributes
-    ----------
-    position
-        (k, n), m.
-    velocity
-        (k, n), m/s; None: not known.
-    times
-        (k,), s; None: the displacement has no time.
-    """
-
+    #: (k, n), m.
     position: Real
+    #: (k, n), m/s; None: not known.
     velocity: Real | None = None
+    #: (k,), s; None: the displacement has no time.
     times: Real | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class ModeShape:
-    """A complex mode shape.
+    """A complex mode shape."""
 
-    Attributes
-    ----------
-    values
-        (n,).
-    eigenvalue
-        lambda, 1/s; None: not known.
-    number
-        Number of the mode; None: not known.
-    """
-
+    #: (n,).
     values: Complex
+    #: lambda, 1/s; None: not known.
     eigenvalue: complex | None = None
+    #: Number of the mode; None: not known.
     number: int | None = None
 
 
@@ -76,13 +62,7 @@ class _Shaped(Protocol):
 
 
 def mesh_of(scene: Structured) -> Mesh:
-    """Return the mesh of a scene.
-
-    Raises
-    ------
-    InputError
-        If the scene has none.
-    """
+    """Return the mesh of a scene."""
     if scene.mesh is None:
         raise InputError("scene: it has no points; make it by stickslip.fe.assemble of bodies with points")
     return scene.mesh
@@ -91,20 +71,9 @@ def mesh_of(scene: Structured) -> Mesh:
 def displacements_of(given: Any, dofs: tuple[str, ...], mode: int | None) -> Instants | ModeShape:
     """Return what a caller gives as `displacements`.
 
-    Parameters
-    ----------
-    given
-        What `Motion.sample` or `Reduction.expand` return, a `State`, a real vector (n,), or complex modes:
-        `Modes`, their Dataset, or one shape, a complex vector (n,).
-    dofs
-        Names of the dofs of the scene, n of them.
-    mode
-        Number of the mode, if there are several; None: the one with the largest growth rate.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, not of the dofs of the scene or not finite, or there is no such mode.
+    That is what `Motion.sample` or `Reduction.expand` return, a `State`, a real vector (n,), or complex
+    modes: `Modes`, their Dataset, or one shape, a complex vector (n,). Of several modes, None is the fastest
+    growing one.
     """
     import xarray as xr
 

@@ -88,27 +88,18 @@ class End(NamedTuple):
 
 @dataclass(frozen=True)
 class Body:
-    """What moves as one.
+    """What moves as one."""
 
-    Attributes
-    ----------
-    name
-        Name of its dofs, or of the mass.
-    x, y
-        Where it rests in the drawing: columns from 0 on to the right, layers from 0 on upwards.
-    along
-        (dof, right, up) for every dof that moves it: how far one metre of the dof moves it.
-    contact
-        The contact that it rubs in; None: in none.
-    angle
-        Inclination of its slider, rad.
-    """
-
+    #: Name of its dofs, or of the mass.
     name: str
+    #: Where it rests in the drawing: columns from 0 on to the right, layers from 0 on upwards.
     x: float
     y: float
+    #: (dof, right, up) for every dof that moves it: how far one metre of the dof moves it.
     along: tuple[tuple[int, float, float], ...]
+    #: The contact that it rubs in; None: in none.
     contact: int | None = None
+    #: Inclination of its slider, rad.
     angle: float = 0.0
 
 
@@ -174,14 +165,8 @@ def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     the right, in layers above by the number of springs to the next contact. Two bodies whose dofs K couples
     are tied by a spring, as stiff as the largest of these entries. If a diagonal entry of K is larger than
     all other entries of its row together, a spring with the difference ties the body to the wall. Springs and
-    dampers beside the matrices are drawn in the same way.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    columns
-        The masses; if none are given, the model that made the scene or its matrices decide.
+    dampers beside the matrices are drawn in the same way. `columns`, or the model that made the scene, say
+    more of the masses.
     """
     columns = columns or masses(scene)
     bodies = _known(columns) if columns else _found(scene)

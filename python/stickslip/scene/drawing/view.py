@@ -224,15 +224,7 @@ def view_of(
 
 
 def save_view(view: View, path: str | Path) -> None:
-    """Write a picture as ``.png``, a film as ``.gif`` or ``.mp4``; a file is replaced once it is drawn.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another, or what writes a film is missing.
-    OSError
-        If the file cannot be written.
-    """
+    """Write a picture as ``.png``, a film as ``.gif`` or ``.mp4``; a file is replaced once it is drawn."""
     file = file_path(path)
     forms, what = ((".png",), "a picture") if len(view) == 1 else ((".gif", ".mp4"), "a film")
     if file.suffix.lower() not in forms:

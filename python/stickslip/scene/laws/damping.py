@@ -43,13 +43,7 @@ def described_damping(damping: Rayleigh | Matrix | None) -> str:
 
 
 def checked_damping(damping: Any) -> Rayleigh | Matrix | None:
-    """Return damping as a scene keeps it.
-
-    Raises
-    ------
-    InputError
-        If it is neither `Rayleigh` nor a matrix of real numbers.
-    """
+    """Return damping as a scene keeps it."""
     if damping is None or isinstance(damping, Rayleigh):
         return damping
     if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):

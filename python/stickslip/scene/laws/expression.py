@@ -54,26 +54,17 @@ OPERATIONS, LETTERS = 200, 10_000
 
 @dataclass(frozen=True)
 class Variable:
-    """What a formula depends on.
+    """What a formula depends on."""
 
-    Attributes
-    ----------
-    name
-        How formulas call it, such as ``s``.
-    meaning
-        What it is, such as ``the slip speed s >= 0``.
-    argument
-        The argument that errors name, such as ``friction``.
-    table
-        What to use where no formula says it, such as ``Tabulated``.
-    state
-        How formulas call a second variable, the state of a contact, where there is one.
-    """
-
+    #: How formulas call it, such as ``s``.
     name: str
+    #: What it is, such as ``the slip speed s >= 0``.
     meaning: str
+    #: The argument that errors name, such as ``friction``.
     argument: str
+    #: What to use where no formula says it, such as ``Tabulated``.
     table: str
+    #: How formulas call a second variable, the state of a contact, where there is one.
     state: str | None = None
 
     @property
@@ -97,13 +88,7 @@ class Variable:
 
 
 def constant(variable: Variable, value: Any) -> Tree:
-    """Return a number as an expression.
-
-    Raises
-    ------
-    InputError
-        If it is no finite real number.
-    """
+    """Return a number as an expression."""
     number = real_number(f"{variable.argument}: a number of the formula", value)
     if not np.isfinite(number):
         variable.refuse(f"expected finite numbers in the formula, got {number}")
@@ -112,13 +97,7 @@ def constant(variable: Variable, value: Any) -> Tree:
 
 @lru_cache(maxsize=256)
 def parsed(variable: Variable, formula: str) -> Tree:
-    """Return the formula of a text, which is read, and never run as code.
-
-    Raises
-    ------
-    InputError
-        If it is longer than a law of one line, or more than numbers, names, signs and `FUNCTIONS`.
-    """
+    """Return the formula of a text, which is read, and never run as code."""
     if len(formula) > LETTERS:
         variable.refuse(f"formula: expected at most {LETTERS} letters, got {len(formula)}")
     try:
@@ -163,13 +142,7 @@ def _tree(variable: Variable, read: ast.expr) -> Tree:
 
 
 def joined(variable: Variable, operation: str, *operands: Tree) -> Tree:
-    """Return an operation on formulas; one on constants alone is its value.
-
-    Raises
-    ------
-    InputError
-        If the variable stands in an exponent, or the formula becomes too long.
-    """
+    """Return an operation on formulas; one on constants alone is its value."""
     if operation == "power" and depends(operands[1]):
         told = text(variable, operands[1])
         variable.refuse(f"the exponent {told} depends on {variable.meaning}: write exp(exponent * log(base))")
@@ -203,13 +176,7 @@ def names(tree: Tree) -> list[str]:
 
 
 def check_names(variable: Variable, numbers: Mapping[str, Any], tree: Tree, taken: tuple[str, ...]) -> None:
-    """Refuse names of numbers that cannot be written, mean something else, or are not those of a formula.
-
-    Raises
-    ------
-    InputError
-        Naming the number.
-    """
+    """Refuse names of numbers that cannot be written, mean something else, or are not those of a formula."""
     for name in numbers:
         stem, _, label = name.rpartition("_")
         known = (*taken, *FUNCTIONS, *variable.names)
@@ -264,13 +231,7 @@ def _told(variable: Variable, tree: Tree) -> tuple[str, int]:
 
 
 def value_of(variable: Variable, tree: Tree, numbers: Mapping[str, float]) -> float:
-    """Return the value of a formula in which the variable does not stand.
-
-    Raises
-    ------
-    InputError
-        If it is not finite.
-    """
+    """Return the value of a formula in which the variable does not stand."""
     if tree[0] in ("number", "constant"):
         return float(numbers[tree[1]] if tree[0] == "number" else tree[1])
     operands = [value_of(variable, one, numbers) for one in tree[1:]]

@@ -266,13 +266,7 @@ LAWS: dict[str, type[FrictionLaw]] = {
 
 
 def law_of(table: Mapping[str, Any]) -> FrictionLaw:
-    """Return the law of friction of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``.
-
-    Raises
-    ------
-    InputError
-        If there is no such law, or its numbers are others.
-    """
+    """Return the law of friction of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``."""
     law = law_among(LAWS, "friction", table)
     assert isinstance(law, FrictionLaw)
     return law

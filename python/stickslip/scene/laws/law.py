@@ -107,13 +107,7 @@ def read_formula(
     numbers: Mapping[str, Any],
     taken: tuple[str, ...],
 ) -> tuple[str, dict[str, float]]:
-    """Return the text of a formula and its numbers by name; `taken` are names that no number may have.
-
-    Raises
-    ------
-    InputError
-        If it is no formula, or its numbers are others.
-    """
+    """Return the text of a formula and its numbers by name; `taken` are names that no number may have."""
     given = numbers
     if isinstance(formula, str):
         tree = parsed(variable, formula)
@@ -190,13 +184,7 @@ class FormulaLaw(OneVariableLaw):
 def law_among(
     laws: Mapping[str, type[OneVariableLaw]], argument: str, table: Mapping[str, Any]
 ) -> OneVariableLaw:
-    """Return the law of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``.
-
-    Raises
-    ------
-    InputError
-        If there is no such law, or its numbers are others.
-    """
+    """Return the law of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``."""
     given = dict(table)
     name = given.pop("law", None)
     kind = laws.get(name) if isinstance(name, str) else None

@@ -17,13 +17,7 @@ EXPONENT = 64.0
 
 
 def operations(variable: Variable, tree: Tree, numbers: Mapping[str, float]) -> list[Operation]:
-    """Return a formula as the core takes it; the last operation gives its value, and none stands twice.
-
-    Raises
-    ------
-    InputError
-        If a number of the formula is not finite, or an exponent too large.
-    """
+    """Return a formula as the core takes it; the last operation gives its value, and none stands twice."""
     tape = _Tape(variable, numbers)
     if tape.slot(tree) == 0:
         tape.times(0, 1.0)

@@ -244,13 +244,7 @@ LAWS: dict[str, type[SpringLaw]] = {kind.law: kind for kind in (Polynomial, Gap,
 
 
 def law_of(table: Mapping[str, Any]) -> SpringLaw:
-    """Return the law of a table as files have it: ``{law = "polynomial", k1 = 1e4, k3 = 1e9}``.
-
-    Raises
-    ------
-    InputError
-        If there is no such law, or its numbers are others.
-    """
+    """Return the law of a table as files have it: ``{law = "polynomial", k1 = 1e4, k3 = 1e9}``."""
     law = law_among(LAWS, "law", table)
     assert isinstance(law, SpringLaw)
     return law

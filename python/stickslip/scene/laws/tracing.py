@@ -75,11 +75,6 @@ def traced(variable: Variable, function: Callable[..., Any], given: Mapping[str,
     """Return the formula that a function stands for, and its numbers by name: its defaults, and those given.
 
     The function is called once, with an expression for the variable and one for each number.
-
-    Raises
-    ------
-    InputError
-        If it has an argument without a value, or does what a formula cannot say.
     """
     try:
         every = list(inspect.signature(function).parameters.values())

@@ -76,20 +76,15 @@ class Slot(NamedTuple):
 class Family:
     """The scenes that a model gives for the values of its parameters.
 
-    Parameters
-    ----------
-    given
-        A `Scene`, or a function from keywords to one; a `functools.partial` sets some of them.
-    fixed
-        Further arguments of the function.
-
     Raises
     ------
     InputError
         If it is neither.
     """
 
+    #: A `Scene`, or a function from keywords to one; a `functools.partial` sets some of them.
     given: Any
+    #: Further arguments of the function.
     fixed: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

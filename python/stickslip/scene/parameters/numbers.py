@@ -56,26 +56,17 @@ UNITS |= dict.fromkeys((f"{OF_LAW}{name}" for name in ("friction", "mu0", "stati
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a scene, or the same field of all contacts.
+    """A number of a scene, or the same field of all contacts."""
 
-    Attributes
-    ----------
-    name
-        What a user calls it.
-    owner
-        Whose it is: a contact's, a load's, an element's, that of a slider that vibrates, or the scene's own.
-    field
-        The attribute of its owner, or an entry of `FACTORS` or `COEFFICIENTS`.
-    places
-        The indices of the owners.
-    joint
-        Whether it is the field of all contacts, so that it also takes one value per contact.
-    """
-
+    #: What a user calls it.
     name: str
+    #: Whose it is: a contact's, a load's, an element's, that of a slider that vibrates, or the scene's own.
     owner: Literal["contact", "load", "element", "slider", "scene"]
+    #: The attribute of its owner, or an entry of `FACTORS` or `COEFFICIENTS`.
     field: str
+    #: The indices of the owners.
     places: tuple[int, ...] = ()
+    #: Whether it is the field of all contacts, so that it also takes one value per contact.
     joint: bool = False
 
     @property

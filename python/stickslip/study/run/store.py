@@ -41,24 +41,17 @@ PENDING = "pending"
 
 @dataclass
 class Layout:
-    """The variables of a study and what is written with them.
-
-    Attributes
-    ----------
-    identity
-        What another run has to have in common to continue this one.
-    machine
-        What the last bits depend on besides.
-    attrs
-        Everything else that travels with the results, JSON.
-    """
+    """The variables of a study and what is written with them."""
 
     columns: tuple[Column, ...]
     sizes: dict[str, tuple[int, ...]]
     coords: dict[str, tuple[str, Any, dict[str, str]]]
     size: int
+    #: What another run has to have in common to continue this one.
     identity: dict[str, Any]
+    #: What the last bits depend on besides.
     machine: dict[str, Any]
+    #: Everything else that travels with the results, JSON.
     attrs: dict[str, Any]
 
     @property
@@ -70,17 +63,11 @@ class Layout:
 
 
 class Store(ABC):
-    """Keeps chunks of samples.
+    """Keeps chunks of samples."""
 
-    Attributes
-    ----------
-    chunk
-        Samples per chunk.
-    complete
-        Which chunks are complete.
-    """
-
+    #: Samples per chunk.
     chunk: int
+    #: Which chunks are complete.
     complete: NDArray[np.bool_]
     lock: BaseFileLock | None = None
 
@@ -142,21 +129,7 @@ class MemoryStore(Store):
 class ZarrStore(Store):
     """Results as a zarr group, format 3, which ``xarray.open_zarr`` reads.
 
-    Parameters
-    ----------
-    path
-        Directory; made if it does not exist.
-    layout
-        Variables.
-    chunk
-        Samples per chunk of a new store; a store that exists keeps its own.
-
-    Raises
-    ------
-    InputError
-        If zarr or filelock is missing, or the directory holds something else.
-    InputError
-        If the directory holds another study or cannot be made, or another process or thread writes to it.
+    A store that exists keeps its own number of samples per chunk.
     """
 
     def __init__(self, path: str | os.PathLike[str], layout: Layout, chunk: int) -> None:

@@ -21,13 +21,7 @@ def is_store(folder: Path) -> bool:
 
 
 def check_zarr(folder: Path) -> None:
-    """Refuse a folder that is not of format 3 alone, or has other codecs.
-
-    Raises
-    ------
-    InputError
-        Naming the file in it and the value.
-    """
+    """Refuse a folder that is not of format 3 alone, or has other codecs."""
     if not (folder / "zarr.json").is_file():
         raise InputError("expected a zarr folder of format 3, got one without zarr.json")
     for pattern in (".zgroup", ".zarray", ".zmetadata"):

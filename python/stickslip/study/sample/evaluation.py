@@ -30,27 +30,19 @@ Columns = dict[str, "np.ndarray[Any, Any]"]
 
 @dataclass(frozen=True)
 class Settings:
-    """How samples are computed.
+    """How samples are computed."""
 
-    Attributes
-    ----------
-    combination
-        Status combination for all stability outputs; None: that of steady sliding.
-    hopf
-        Friction that varies, and the ends of its range; None: no Hopf point is asked for.
-    duration, further
-        Duration of a motion, and how much longer it is followed if it has not settled, s.
-    start
-        None: the fastest growing mode of sliding (`disturbed_sliding`); otherwise the amounts added to the
-        position and velocity of the sliding equilibrium.
-    """
-
+    #: Status combination for all stability outputs; None: that of steady sliding.
     combination: str | None = None
+    #: Friction that varies, and the ends of its range; None: no Hopf point is asked for.
     hopf: tuple[str, float, float] | None = None
+    #: Duration of a motion, and how much longer it is followed if it has not settled, s.
     duration: float = 0.0
     further: float = 0.0
     method: str = "auto"
     max_events: int | None = None
+    #: None: the fastest growing mode of sliding (`disturbed_sliding`); otherwise the amounts added to the
+    #: position and velocity of the sliding equilibrium.
     start: tuple[Any, Any] | None = None
 
 
@@ -66,13 +58,7 @@ class Labels:
 
     @staticmethod
     def of(scene: Scene, settings: Settings) -> Labels:
-        """Return those of a scene.
-
-        Raises
-        ------
-        InputError
-            If what is moved for a Hopf point is no friction of it.
-        """
+        """Return those of a scene."""
         contacts = tuple(scene.contact_labels())
         # Sliding either way leaves as many modes.
         letters = settings.combination or "".join(map(driven_letter, scene.contacts))

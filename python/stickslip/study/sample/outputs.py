@@ -18,24 +18,16 @@ Group = Literal["growth", "eigenvalues", "normal_force", "hopf", "run", "settle"
 
 @dataclass(frozen=True)
 class Column:
-    """One variable of the results.
+    """One variable of the results."""
 
-    Attributes
-    ----------
-    name
-        Name of the variable.
-    dims
-        Dimensions besides ``sample``.
-    dtype
-        ``float64``, ``complex128``, ``int64`` or ``str``.
-    attrs
-        Units and meaning.
-    """
-
+    #: Name of the variable.
     name: str
     group: Group
+    #: Dimensions besides ``sample``.
     dims: tuple[str, ...]
+    #: ``float64``, ``complex128``, ``int64`` or ``str``.
     dtype: str
+    #: Units and meaning.
     attrs: dict[str, str]
 
     @property
@@ -186,16 +178,8 @@ class Outputs:
 def outputs(given: Any) -> Outputs:
     """Return the outputs of a study from what a user gives.
 
-    Parameters
-    ----------
-    given
-        A sequence of names, functions of the trajectory (named as they are) or mappings from a name to a
-        function or `Output`; or one such mapping.
-
-    Raises
-    ------
-    InputError
-        If there is none, a name is unknown or comes twice.
+    That is a sequence of names, functions of the trajectory (named as they are) or mappings from a name to a
+    function or `Output`; or one such mapping.
     """
     if isinstance(given, str | Mapping) or callable(given):
         given = [given]
