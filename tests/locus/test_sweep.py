@@ -165,14 +165,14 @@ def test_two_parameters_make_a_stability_map():
     assert found.eigenvalue.to_numpy()[:, 0] == pytest.approx(column.eigenvalue.to_numpy(), rel=1e-9)
 
 
-def test_a_sweep_in_chunks_is_the_sweep(capsys):
+def test_a_sweep_that_shows_its_progress_is_the_sweep(capsys):
     values = np.linspace(0.0, 3.0, 101)
     scene = ss.models.two_subsystems()
     whole = ss.sweep(scene, {"friction": values}, progress=False)
-    chunked = ss.sweep(scene, {"friction": values}, progress=True)
+    shown = ss.sweep(scene, {"friction": values}, progress=True)
     assert capsys.readouterr().out == ""
     # Also beyond the meetings, where the order of the branches is a convention.
-    assert whole.eigenvalue.to_numpy().tobytes() == chunked.eigenvalue.to_numpy().tobytes()
+    assert whole.eigenvalue.to_numpy().tobytes() == shown.eigenvalue.to_numpy().tobytes()
     assert whole.meetings.size == 2
 
 

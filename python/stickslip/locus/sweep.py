@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.optimize
 import xarray as xr
 
-from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
 from stickslip.locus.band.sweep import swept_band
@@ -22,12 +20,8 @@ from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Flags, Real, check_memory, whole_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import apart, axis, divided
-from stickslip.show.progress import LONG, tracked, watched
+from stickslip.show.progress import LONG, watched
 
-_Part = TypeVar("_Part")
-
-#: Values handed to the core at once by a sweep that shows its progress.
-_CHUNK = 32
 #: Decay of an eigenvalue, of its modulus, up to which its rounding is asked for.
 _NEARLY = 1e-6
 #: What a sweep tells of a point, not of its branches.
@@ -192,11 +186,7 @@ def _along_band(
 ) -> dict[str, Any]:
     """Return the sweep of a band along one axis; `attributes` take what is known of its completeness."""
     ((name, values),) = axes.items()
-    ascending = np.sort(values)
-    backwards = np.argsort(np.argsort(values))
-    lower, upper = float(ascending[0]), float(ascending[-1])
-    # A path needs some length; a single value is its lower end.
-    upper = upper if upper > lower else lower + max(abs(lower), 1.0) * 1e-6
+    lower, upper = _ends(values)
     attributes |= {"missing": [0.0, 0.0], "doubts": []}
     if is_large(sliding, name, lower, fixed):
         followed = BandPath(sliding, name, fixed, lower, upper, region)
@@ -204,13 +194,22 @@ def _along_band(
         attributes |= {"missing": followed.missing, "doubts": followed.doubts}
     else:
         path = sliding.path(name, lower, upper, fixed)
-    found = swept_band(path, ascending, region)
+    return _as_given(values, swept_band(path, np.sort(values), region))
+
+
+def _ends(values: Real) -> tuple[float, float]:
+    """Return the ends of a path; it needs some length, and a single value is its lower end."""
+    lower, upper = float(values.min()), float(values.max())
+    return lower, upper if upper > lower else lower + max(abs(lower), 1.0) * 1e-6
+
+
+def _as_given(values: Real, found: dict[str, Any]) -> dict[str, Any]:
+    """Return a sweep over ascending values with them as they were given, and its branches in order."""
+    backwards = np.argsort(np.argsort(values))
     order = _order(found["eigenvalue"][backwards[0]], None)
-    return _in_order(found, backwards, order)
-
-
-def _in_order(found: Mapping[str, Any], backwards: Any, order: Any) -> dict[str, Any]:
-    """Return a sweep with its values as they were asked for, and its branches in `order`."""
+    if np.array_equal(np.sort(values), values) and np.array_equal(order, np.arange(order.size)):
+        # Nothing to put in order, and vectors are large.
+        return found
     return {
         key: part
         if key == "meetings"
@@ -238,77 +237,23 @@ def _along(
 ) -> list[dict[str, Any]]:
     """Return the sweeps along the last axis, one for each value of the first if there are two."""
     *outer, (name, values) = axes.items()
-    ascending = np.sort(values)
-    backwards = np.argsort(np.argsort(values))
-    # A path needs some length; a single value is its lower end.
-    upper = ascending[-1] if values.size > 1 else ascending[0] + max(abs(ascending[0]), 1.0) * 1e-6
-    others = [{outer[0][0]: float(value)} for value in outer[0][1]] if outer else [{}]
+    lower, upper = _ends(values)
 
-    def row(other: dict[str, float]) -> dict[str, Any]:
-        path = sliding.path(name, float(ascending[0]), float(upper), {**fixed, **other})
-        if modes is None:
-            found = _chunked(path, ascending, vectors, False if outer else progress)
-        else:
-            # Which modes they are is known only from all values together.
-            before, most = path.eigenproblems, 2 * values.size - 1
-            with watched(lambda: path.eigenproblems - before, most, "sweep", progress, LONG):
-                found = path.sweep(ascending, vectors, modes)
-        order = _order(found["eigenvalue"][backwards[0]], None)
-        if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
-            # Nothing to put in order, and vectors are large.
-            return found
-        return _in_order(found, backwards, order)
+    def row(other: dict[str, float], shown: bool | None) -> dict[str, Any]:
+        path = sliding.path(name, lower, upper, {**fixed, **other})
+        # Which of the modes are followed is known only from all values together.
+        before, most = path.eigenproblems, values.size if modes is None else 2 * values.size - 1
+        with watched(lambda: path.eigenproblems - before, most, "sweep", shown, LONG):
+            return _as_given(values, path.sweep(np.sort(values), vectors, modes))
 
     if not outer:
-        return [row({})]
-    begin = time.perf_counter()
-    first = row(others[0])
-    expected = (time.perf_counter() - begin) * len(others)
-    return [first, *(row(other) for other in _shown(others[1:], progress, expected))]
-
-
-def _shown(parts: list[_Part], progress: bool | None, expected: float) -> Iterable[_Part]:
-    """Go through `parts`, with a bar if wanted, or if it takes long and someone looks."""
-    return tracked(parts, "sweep", None if progress is None and expected >= LONG else bool(progress))
-
-
-def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:
-    """Sweep in one call, or in chunks that show progress and can be interrupted."""
-    if progress is False:
-        whole: dict[str, Any] = path.sweep(values, vectors)
-        return whole
-    expected = _duration(path, values, vectors)
-    if not progress and expected < LONG:
-        return _chunked(path, values, vectors, False)
-    chunks: list[dict[str, Any]] = []
-    for chunk in _shown(list(_overlapping(values)), progress, expected):
-        found = path.sweep(chunk, vectors)
-        if chunks:
-            order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
-            found = {
-                key: part if key == "meetings" else part[1:] if key in _POINTWISE else part[1:][..., order]
-                for key, part in found.items()
-            }
-        chunks.append(found)
-    return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in chunks[0]}
-
-
-def _duration(path: _core.Path, values: Real, vectors: bool) -> float:
-    """Return how long a sweep will take, s: by the quickest of some first steps, for what else runs."""
-    expected = np.inf
-    for _ in range(3):
-        begin = time.perf_counter()
-        path.sweep(values[:2], vectors)
-        expected = min(expected, 0.5 * (time.perf_counter() - begin) * values.size)
-        if expected < LONG:
-            break
-    return expected
-
-
-def _overlapping(values: Real) -> Iterator[Real]:
-    yield values[:_CHUNK]
-    for start in range(_CHUNK, values.size, _CHUNK):
-        yield values[start - 1 : start + _CHUNK]
+        return [row({}, progress)]
+    ((other, places),) = outer
+    rows: list[dict[str, Any]] = []
+    with watched(lambda: len(rows), places.size, "sweep", progress, LONG):
+        for place in places:
+            rows.append(row({other: float(place)}, False))
+    return rows
 
 
 def _order(found: Complex, target: Complex | None) -> Any:

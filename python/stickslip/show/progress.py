@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -17,8 +17,6 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.text import Text
-
-T = TypeVar("T")
 
 #: A call that takes longer shows what is done, s.
 LONG = 3.0
@@ -48,12 +46,6 @@ def progress_bar(progress: bool | None, *columns: ProgressColumn) -> Progress:
         transient=True,
         disable=not (console.is_terminal if progress is None else progress),
     )
-
-
-def tracked(jobs: Sequence[T], description: str, progress: bool | None = None) -> Iterator[T]:
-    """Go through jobs with a bar on standard error while that lasts; None: on a terminal."""
-    with progress_bar(progress) as bar:
-        yield from bar.track(jobs, description=description)
 
 
 @contextmanager
