@@ -31,6 +31,8 @@ Flags = NDArray[np.bool_]
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
 #: A matrix as a user gives it, dense or sparse.
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
+#: One number for both directions, or a pair.
+Pair: TypeAlias = "float | Sequence[float] | Real"
 #: Most threads of a call: more of them take seconds to start, and give no result sooner on any machine.
 THREADS = 1024
 #: Version of the format of scenes, cases, studies, datasets and stores in files, and its key there.
@@ -78,6 +80,33 @@ def real_number(argument: str, value: Any) -> float:
         raise InputError(
             f"{argument}: expected a number of at most {sys.float_info.max:.3g}, got {described(value)}"
         ) from None
+
+
+def finite(argument: str, value: Any, *, least: float = -np.inf) -> float:
+    """Return a finite number that is at least so large."""
+    number = real_number(argument, value)
+    if not np.isfinite(number):
+        raise InputError(f"{argument}: must be finite, got {number}")
+    if number < least:
+        raise InputError(f"{argument}: must be >= {least:g}, got {number:g}")
+    return number
+
+
+def positive(argument: str, value: Any) -> float:
+    """Return a positive finite number."""
+    number = finite(argument, value)
+    if number <= 0.0:
+        raise InputError(f"{argument}: must be positive, got {number:g}")
+    return number
+
+
+def pair(argument: str, value: Any, *, least: float = -np.inf) -> tuple[float, float]:
+    """Return two finite numbers, from one for both or two."""
+    values = [value, value] if np.ndim(value) == 0 else real_array(argument, value, 1)
+    if len(values) != 2:
+        raise InputError(f"{argument}: expected a number or two, got {len(values)}")
+    first, second = (finite(argument, one, least=least) for one in values)
+    return first, second
 
 
 def finite_time(argument: str, value: Any, least: float | None = None) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, file_path, package, real_number, whole_number
+from stickslip.scene.checks import Real, file_path, finite, package, whole_number
 from stickslip.scene.drawing.displacements import ModeShape, displacements_of, mesh_of
 from stickslip.scene.drawing.schematic import PART, Structured
 from stickslip.show.mesh import Mesh
@@ -198,7 +198,7 @@ def view_of(
     if unknown := sorted(set(mesh.cells) - set(CELLS)):
         raise InputError(f"scene: its mesh has cells {unknown[0]!r}, expected some of {', '.join(CELLS)}")
     moved = displacements_of(displacements, scene.dofs, mode)
-    start = _finite("phase", phase)
+    start = finite("phase", phase)
     count = None if frames is None else whole_number("frames", frames, 2)
     if isinstance(moved, ModeShape):
         if mode is not None and moved.number is None:
@@ -219,7 +219,7 @@ def view_of(
     length = np.sqrt((np.abs(mesh.displacements(extent)) ** 2).sum(axis=-1))
     largest = float(length.max())
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    factor = PART * size / (largest or 1.0) if scale is None else _finite("scale", scale)
+    factor = PART * size / (largest or 1.0) if scale is None else finite("scale", scale)
     return View(mesh, position, factor, largest, tuple(titles), quantity)
 
 
@@ -236,13 +236,6 @@ def _mode_title(shape: ModeShape) -> str:
     if shape.eigenvalue is None:
         return ""
     return f"mode {shape.number}: {abs(shape.eigenvalue) / (2.0 * np.pi):.2f} Hz"
-
-
-def _finite(argument: str, value: Any) -> float:
-    number = real_number(argument, value)
-    if not np.isfinite(number):
-        raise InputError(f"{argument}: must be finite, got {value!r}")
-    return number
 
 
 def _in_space(values: Real) -> Real:

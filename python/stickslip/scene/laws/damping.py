@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Matrix, MatrixLike, core_matrix, described, real_matrix, real_number
+from stickslip.scene.checks import Matrix, MatrixLike, core_matrix, described, finite, real_matrix
 
 #: Damping as a user gives it.
 DampingLike: TypeAlias = "Rayleigh | MatrixLike"
@@ -24,12 +24,7 @@ class Rayleigh:
 
     def __post_init__(self) -> None:
         for name in ("mass", "stiffness"):
-            value = real_number(f"damping.{name}", getattr(self, name))
-            if not np.isfinite(value):
-                raise InputError(f"damping.{name}: must be finite, got {value}")
-            if value < 0.0:
-                raise InputError(f"damping.{name}: must be >= 0, got {value:g}")
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, finite(f"damping.{name}", getattr(self, name), least=0.0))
 
 
 def described_damping(damping: Rayleigh | Matrix | None) -> str:

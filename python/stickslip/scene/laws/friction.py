@@ -267,6 +267,4 @@ LAWS: dict[str, type[FrictionLaw]] = {
 
 def law_of(table: Mapping[str, Any]) -> FrictionLaw:
     """Return the law of friction of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``."""
-    law = law_among(LAWS, "friction", table)
-    assert isinstance(law, FrictionLaw)
-    return law
+    return law_among(LAWS, "friction", table)

@@ -6,16 +6,17 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import described, real_number
+from stickslip.scene.checks import described, finite, real_number
 from stickslip.scene.laws.expression import Variable, check_names, depends, names, parsed, text
 from stickslip.scene.laws.operations import Operation, operations, values
 from stickslip.scene.laws.tracing import traced
 
+L = TypeVar("L", bound="OneVariableLaw")
 #: The kind of a law in the core, its numbers, the pieces of a table by rows of 4, and the operations of a
 #: formula.
 LawData = tuple[str, list[float], list[list[float]], list[Operation]]
@@ -116,10 +117,7 @@ def read_formula(
     else:
         variable.refuse(f"formula: expected a function or a text, got {described(formula)}")
     check_names(variable, given, tree, taken)
-    found = {name: real_number(f"{variable.argument}: {name}", given[name]) for name in names(tree)}
-    for name, value in found.items():
-        if not np.isfinite(value):
-            variable.refuse(f"{name}: must be finite, got {value}")
+    found = {name: finite(f"{variable.argument}: {name}", given[name]) for name in names(tree)}
     told = text(variable, tree)
     if not depends(tree):
         meaning = variable.meaning.split(" >=")[0]
@@ -181,9 +179,7 @@ class FormulaLaw(OneVariableLaw):
         return f"Law({', '.join([repr(self.formula), *numbers])})"
 
 
-def law_among(
-    laws: Mapping[str, type[OneVariableLaw]], argument: str, table: Mapping[str, Any]
-) -> OneVariableLaw:
+def law_among(laws: Mapping[str, type[L]], argument: str, table: Mapping[str, Any]) -> L:
     """Return the law of a table as files have it: ``{law = "stribeck", static = 0.5, ...}``."""
     given = dict(table)
     name = given.pop("law", None)

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import real_array, real_number
+from stickslip.scene.checks import finite, real_array
 from stickslip.scene.laws.expression import Variable, parsed
 from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
 from stickslip.scene.laws.operations import operations
@@ -66,10 +66,7 @@ class Polynomial(SpringLaw):
     def __init__(self, *coefficients: float) -> None:
         if not 1 <= len(coefficients) <= 12:
             raise InputError(f"law: expected 1 to 12 coefficients k1, k2, ..., got {len(coefficients)}")
-        found = tuple(real_number(f"law: k{k + 1}", one) for k, one in enumerate(coefficients))
-        for k, one in enumerate(found):
-            if not np.isfinite(one):
-                raise InputError(f"law: k{k + 1}: must be finite, got {one}")
+        found = tuple(finite(f"law: k{k + 1}", one) for k, one in enumerate(coefficients))
         object.__setattr__(self, "coefficients", found)
 
     def parameters(self) -> dict[str, float]:
@@ -245,6 +242,4 @@ LAWS: dict[str, type[SpringLaw]] = {kind.law: kind for kind in (Polynomial, Gap,
 
 def law_of(table: Mapping[str, Any]) -> SpringLaw:
     """Return the law of a table as files have it: ``{law = "polynomial", k1 = 1e4, k3 = 1e9}``."""
-    law = law_among(LAWS, "law", table)
-    assert isinstance(law, SpringLaw)
-    return law
+    return law_among(LAWS, "law", table)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import described, real_array, real_number
+from stickslip.scene.checks import described, finite, real_array, real_number
 from stickslip.scene.contact import Contact, contact_labels, described_direction, entries_of
 from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 
@@ -88,10 +88,7 @@ def _wave(place: str, load: Harmonic) -> tuple[float, float]:
     frequency = real_number(f"{place}: frequency", load.frequency)
     if not 0.0 < frequency < np.inf:
         raise InputError(f"{place}: frequency: must be positive and finite, got {frequency:g}")
-    phase = real_number(f"{place}: phase", load.phase)
-    if not np.isfinite(phase):
-        raise InputError(f"{place}: phase: must be finite, got {phase:g}")
-    return frequency, phase
+    return frequency, finite(f"{place}: phase", load.phase)
 
 
 def _check_steps(place: str, times: list[float], values: list[float]) -> None:

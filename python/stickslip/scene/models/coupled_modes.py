@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from stickslip.scene.checks import Pair, finite, pair, positive
 from stickslip.scene.contact import Contact
 from stickslip.scene.elements import Spring
 from stickslip.scene.laws.spring import Polynomial
-from stickslip.scene.models.arguments import Pair, finite, pair, positive
 from stickslip.scene.models.naming import named
 from stickslip.scene.scene import Scene
 

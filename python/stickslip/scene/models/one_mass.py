@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from stickslip.scene.checks import Pair, finite, pair, positive
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.friction import Law, Stribeck
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.laws.state import Dahl, LuGre, RateState
 from stickslip.scene.loads.in_time import Harmonic
-from stickslip.scene.models.arguments import Pair, finite, pair, positive
 from stickslip.scene.models.naming import named
 from stickslip.scene.scene import Scene
 

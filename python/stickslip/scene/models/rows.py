@@ -6,12 +6,11 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import whole_number
+from stickslip.scene.checks import finite, positive, whole_number
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.laws.state import LuGre
-from stickslip.scene.models.arguments import finite, positive
 from stickslip.scene.models.naming import named
 from stickslip.scene.scene import Scene
 

@@ -18,7 +18,7 @@ import scipy.sparse
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, described, real_number
+from stickslip.scene.checks import Real, described, finite, positive, real_number
 from stickslip.scene.contact import Contact
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.models.naming import defaults, made_by
@@ -230,13 +230,7 @@ def two_subsystems(
 
 
 def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of `chain` for some arguments of `two_subsystems`, the others at their defaults.
-
-    Raises
-    ------
-    InputError
-        If the labels are unknown or a number of values is not two.
-    """
+    """Return the arguments of `chain` for some of `two_subsystems`, the others at their defaults."""
     arguments = _standing(given)
     arguments.pop("labels")
     columns = {name: per_contact(name, arguments.pop(name), 2) for name in fields_of(Subsystem)}
@@ -249,13 +243,7 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def standing(given: Mapping[str, Any], name: str) -> Any:
-    """Return the value of one argument of `two_subsystems`, given or not.
-
-    Raises
-    ------
-    InputError
-        If the labels are unknown.
-    """
+    """Return the value of one argument of `two_subsystems`, given or not."""
     return _standing(given)[name]
 
 
@@ -269,13 +257,7 @@ def _standing(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def chain_columns(subsystems: Sequence[Subsystem], links: Sequence[Link]) -> dict[str, Real]:
-    """Return the parts of a chain as the core takes them, one array per field.
-
-    Raises
-    ------
-    InputError
-        If a part is of another type, or one of its numbers is not finite.
-    """
+    """Return the parts of a chain as the core takes them, one array per field."""
     return {
         **{name: _column("subsystems", subsystems, Subsystem, name) for name in fields_of(Subsystem)},
         "link_horizontal": _column("links", links, Link, "horizontal_stiffness"),
@@ -294,24 +276,15 @@ def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real
     for i, part in enumerate(parts):
         if not isinstance(part, kind):
             raise InputError(f"{argument}[{i}]: expected a {kind.__name__}, got {described(part)}")
-        column[i] = real_number(f"{argument}[{i}].{field}", getattr(part, field))
+        checked = positive if field in ("upper_mass", "contact_mass") else finite
+        column[i] = checked(f"{argument}[{i}].{field}", getattr(part, field))
         if field == "inclination":
             radians(f"{argument}[{i}].{field}", column[i])
-        if not np.isfinite(column[i]):
-            raise InputError(f"{argument}[{i}].{field}: must be finite, got {column[i]}")
-        if field in ("upper_mass", "contact_mass") and column[i] <= 0.0:
-            raise InputError(f"{argument}[{i}].{field}: must be positive, got {column[i]:g}")
     return column
 
 
 def radians(argument: str, angle: float) -> None:
-    """Refuse an angle beyond a full turn: whoever gives one probably means degrees.
-
-    Raises
-    ------
-    InputError
-        If it is one; nan and infinity are left to the core.
-    """
+    """Refuse an angle beyond a full turn: whoever gives one probably means degrees."""
     if 2.0 * np.pi < abs(angle) < np.inf:
         raise InputError(
             f"{argument}: expected radians, got {angle:g}; {angle:g} degrees are {np.radians(angle):.6g}"
