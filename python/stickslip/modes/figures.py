@@ -12,8 +12,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.faults import InputError
-from stickslip.modes.computed import Computed
-from stickslip.modes.spiral import spiral
+from stickslip.modes.shape import Computed, spiral
 from stickslip.scene.checks import Complex, described, shown_statuses, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest

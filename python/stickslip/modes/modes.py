@@ -274,7 +274,7 @@ class Modes(Shown):
         InputError
             If `other` is no `Modes`, or no dof is common to both.
         """
-        from stickslip.modes.comparison import mac
+        from stickslip.modes.shape import mac
 
         return mac(self, _modes(other))
 
@@ -300,7 +300,7 @@ class Modes(Shown):
         InputError
             As `mac`.
         """
-        from stickslip.modes.comparison import pairing
+        from stickslip.modes.shape import pairing
 
         return pairing(self, _modes(other))
 
