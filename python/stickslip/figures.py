@@ -12,10 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 
 from stickslip.cycles.diagram_figures import basins, bifurcation
-from stickslip.energy.figures import modal_shares
 from stickslip.faults import InputError
 from stickslip.locus.figures import loci, stability_map
-from stickslip.motion.energy_figures import energies
+from stickslip.motion.energy_figures import energies, modal_shares
 from stickslip.motion.figures import spectrum
 from stickslip.scene.checks import described
 from stickslip.study.figures import (

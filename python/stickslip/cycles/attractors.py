@@ -201,10 +201,13 @@ def is_valid(scene: Scene, state: State) -> bool:
     return True
 
 
-def starts_from(start: State | Callable[[Scene], State] | None) -> Callable[[Scene], State]:
-    """Return the start of a motion as a function of the scene; None: `disturbed_sliding`."""
+def starts_from(
+    start: State | Callable[[Scene], State] | None,
+    default: Callable[[Scene], State] = disturbed_sliding,
+) -> Callable[[Scene], State]:
+    """Return the start of a motion as a function of the scene; None: the `default`."""
     if start is None:
-        return disturbed_sliding
+        return default
     if isinstance(start, State):
         return lambda scene: start
     if callable(start):

@@ -229,11 +229,11 @@ def table(
         return np.array([missing if cycle is None else of(cycle) for cycle in cycles])
 
     def padded(cycle: Cycle) -> Any:
-        row = np.full(width, complex(np.nan, np.nan))
+        row = unknown.copy()
         row[: cycle.multipliers.size] = cycle.multipliers
         return row
 
-    nothing = np.full(dofs.size, np.nan)
+    nothing, unknown = np.full(dofs.size, np.nan), np.full(width, complex(np.nan, np.nan))
     rows: dict[str, Any] = {
         "period": (name, column(lambda c: c.period, np.nan), {"units": "s"}),
         "main_frequency": (name, column(lambda c: c.main_frequency(), np.nan), {"units": "Hz"}),
@@ -242,11 +242,7 @@ def table(
         "stability": (name, column(lambda c: c.stability, "")),
         "sequence": (name, column(lambda c: " ".join(c.combinations), "")),
         "largest_multiplier": (name, column(lambda c: c.largest_multiplier, np.nan), {"units": "1"}),
-        "multiplier": (
-            (name, "order"),
-            column(padded, np.full(width, complex(np.nan, np.nan))),
-            {"units": "1"},
-        ),
+        "multiplier": ((name, "order"), column(padded, unknown), {"units": "1"}),
     }
     lowest = column(lambda c: c.core.minimum, nothing)
     highest = column(lambda c: c.core.maximum, nothing)

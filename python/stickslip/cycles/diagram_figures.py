@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle as endless
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -38,6 +39,7 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
     fills = np.array([known.get(verdict, "left") for verdict in stability])
     named = [name for name in dict.fromkeys(sequences) if name]
     shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
+    style: dict[str, Any] = {"markersize": 3.5, "linestyle": "none", "markerfacecoloralt": "none"}
     for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
         here = sequences == name
         colour = (0.1 + 0.6 * shade, 0.1 + 0.75 * shade, 0.35 + 0.5 * shade)
@@ -45,30 +47,11 @@ def bifurcation(data: xr.Dataset, dof: str | None = None, *, ax: Axes | None = N
         for fill in ("full", "none", "left"):
             chosen = here & (fills == fill)
             if chosen.any():
-                axes.plot(
-                    values[chosen],
-                    amplitude[chosen],
-                    marker,
-                    markersize=3.5,
-                    color=colour,
-                    fillstyle=fill,
-                    markerfacecoloralt="none",
-                    linestyle="none",
-                    label=label,
-                )
+                points = values[chosen], amplitude[chosen], marker
+                axes.plot(*points, color=colour, fillstyle=fill, label=label, **style)
                 label = None
     if "left" in fills[sequences != ""]:
-        axes.plot(
-            [],
-            [],
-            "o",
-            color="black",
-            fillstyle="left",
-            markerfacecoloralt="none",
-            markersize=3.5,
-            linestyle="none",
-            label="stability not known",
-        )
+        axes.plot([], [], "o", color="black", fillstyle="left", label="stability not known", **style)
     other = sequences == ""
     if other.any():
         axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")

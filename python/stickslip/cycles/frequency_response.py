@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse
 import xarray as xr
 
-from stickslip.cycles.attractors import Outcome, is_valid, settled
+from stickslip.cycles.attractors import Outcome, is_valid, settled, starts_from
 from stickslip.cycles.branches.arclength import trace
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, Interrupted, OrbitError
@@ -23,6 +22,7 @@ from stickslip.scene.parameters.values import along, between
 from stickslip.scene.reduction import equations_of
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, steady_sliding
+from stickslip.scene.structure import core_matrices
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def frequency_response(
         raise InputError(f"{field}: must be positive, got {values[0]:g}")
     chosen = list(scene.dofs) if dofs is None else list(dofs)
     places = [dof_index("dofs", dof, scene.dofs) for dof in chosen]
-    begins = _starts(start)
+    begins = starts_from(start, steady_sliding)
     scenes = [scene_at(float(value)) for value in values]
     begun = begins(scenes[0])
     linear = _linear(scenes[0], name, values, begun.combination if combination is None else combination)
@@ -184,17 +184,14 @@ def frequency_response(
         stopped = interruption
     cycles = tuple(cycle for _, cycle, _ in found)
     rows = [_response(cycle)[places] for cycle in cycles]
+    largest = np.array([cycle.largest_multiplier for cycle in cycles], dtype=float)
     data = xr.Dataset(
         {
             "response": (("point", "dof"), np.reshape(rows, (len(cycles), len(places))), {"units": "m"}),
             "stable": ("point", np.array([cycle.stable is True for cycle in cycles], dtype=bool)),
             "stability": ("point", np.array([cycle.stability for cycle in cycles], dtype=np.str_)),
             "load_periods": ("point", np.array([cycle.load_periods for cycle in cycles], dtype=np.int64)),
-            "largest_multiplier": (
-                "point",
-                np.array([cycle.largest_multiplier for cycle in cycles], dtype=float),
-                {"units": "1"},
-            ),
+            "largest_multiplier": ("point", largest, {"units": "1"}),
             "direction": ("point", np.array([way for _, _, way in found], dtype=np.str_)),
             "linear": (("linear_frequency", "dof"), linear[:, places], {"units": "m"}),
         },
@@ -218,16 +215,6 @@ def _load(scene: Scene, field: str) -> str:
             f"parameters: expected the frequency of a load, got {field!r}{nearest(field, fields)}"
         )
     return field.removesuffix("_frequency")
-
-
-def _starts(start: Any) -> Callable[[Scene], State]:
-    if start is None:
-        return steady_sliding
-    if isinstance(start, State):
-        return lambda scene: start
-    if callable(start):
-        return start  # type: ignore[no-any-return]
-    raise InputError(f"start: expected a State or a function from a Scene to one, got {start!r}")
 
 
 def _sweep(
@@ -304,21 +291,14 @@ def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[fl
 def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
     """Return the amplitudes of all dofs while the combination stays, (k, n), m."""
     reduced = equations_of(scene, combination)
-    names = load_names(scene.loads)
-    alone = next(
-        (
-            load
-            for load, own in zip(scene.loads, names, strict=True)
-            if own == name and isinstance(load, Harmonic)
-        ),
-        None,
-    )
+    loads = dict(zip(load_names(scene.loads), scene.loads, strict=True))
+    alone = loads.get(name)
     rows = []
     for frequency in values:
         rate = 2.0 * np.pi * frequency
         stiffness = reduced.stiffness + 1j * rate * reduced.damping - rate**2 * reduced.mass
         force, carried = np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
-        if alone is None:
+        if not isinstance(alone, Harmonic):
             force, carried = _vibration(scene, name, combination, rate)
         else:
             for dof, entry in core_loads([alone], (), scene.dofs)[0][0][0]:
@@ -335,7 +315,5 @@ def _vibration(scene: Scene, name: str, combination: str, rate: float) -> tuple[
     if wave is None or combination[place] != "s":
         return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
     carried = scene.core.contact_basis()[2 * place] * (wave.amplitude / (1j * rate))
-    mass, damping, stiffness = (
-        scipy.sparse.csr_array(parts, shape=(scene.size, scene.size)) for parts in scene.core.matrices()[:3]
-    )
+    mass, damping, stiffness, *_ = core_matrices(scene)
     return -(stiffness @ carried + 1j * rate * (damping @ carried) - rate**2 * (mass @ carried)), carried

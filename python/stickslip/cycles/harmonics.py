@@ -59,18 +59,14 @@ def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Datas
             (u, structure.circulatory, c),
         )
     )
-    by_contact, joule = ("harmonic", "contact"), {"units": "J"}
+    by_contact, joule, taken = ("harmonic", "contact"), {"units": "J"}, -2.0 * period * circulatory
     return xr.Dataset(
         {
             "kinetic": ("harmonic", weight * mass, joule),
             "elastic": ("harmonic", weight * stiffness, joule),
             "friction_work": (by_contact, work[::2].T, joule | {"sign": "into the structure"}),
             "normal_work": (by_contact, work[1::2].T, joule | {"sign": "into the structure"}),
-            "circulatory": (
-                "harmonic",
-                -2.0 * period * circulatory,
-                joule | {"sign": "into the structure"},
-            ),
+            "circulatory": ("harmonic", taken, joule | {"sign": "into the structure"}),
             "damping": ("harmonic", 2.0 * period * damping, joule | {"sign": "dissipated"}),
         },
         coords={

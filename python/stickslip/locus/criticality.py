@@ -51,7 +51,7 @@ from stickslip.scene.checks import Complex, Real
 from stickslip.scene.elements import Damper
 from stickslip.scene.laws.state import LawWithState
 from stickslip.scene.scene import Scene
-from stickslip.scene.structure import directions, tangent
+from stickslip.scene.structure import core_matrices, directions, tangent
 
 Criticality: TypeAlias = Literal["supercritical", "subcritical", "linear until a status changes"]
 #: Phasors of w and N, (c,) each, of u, (e,), and of z, (c,).
@@ -138,11 +138,8 @@ class _Sliding:
     @cached_property
     def matrices(self) -> list[Any]:
         """M, C, K, and the tangential and normal directions by row."""
-        core, shape = self.scene.core, (self.scene.size, self.scene.size)
-        rows = scipy.sparse.csr_array(core.contact_directions())
-        mass, damping, stiffness = (
-            scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()[:3]
-        )
+        rows = scipy.sparse.csr_array(self.scene.core.contact_directions())
+        mass, damping, stiffness, *_ = core_matrices(self.scene)
         springs, dampers, _ = self.tangent
         return [mass, damping + dampers, stiffness + springs, rows[::2], rows[1::2]]
 

@@ -232,7 +232,6 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
     contacts = _contacts(works, combination, labels)
     contact = fsum(works.contact.ravel())
     external, damping = fsum(works.external), fsum(works.damping.ravel())
-    impact = fsum([*works.impact_normal, *works.impact_friction, *(-works.impact_slider)])
     terms = [*works.contact.ravel(), *works.external, *works.circulatory, *(-works.damping.ravel())]
     taken = [*works.impact_normal, *works.impact_friction, *(-works.impact_slider)]
     ends = _core.energy(core, np.array([start, end]))
@@ -247,7 +246,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
         circulatory=fsum(works.circulatory),
         damping=damping,
         dampers={name: fsum(column) for name, column in zip(works.groups, works.damping.T, strict=True)},
-        impact=impact,
+        impact=fsum(taken),
         residual=fsum([works.kinetic, works.elastic, *(-np.array(terms)), *taken]),
         level=fsum([*ends["kinetic"], *ends["elastic"]]),
         contacts=contacts,

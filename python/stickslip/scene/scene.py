@@ -159,15 +159,9 @@ class Scene(Shown):
         m = mass_array(aligned("mass", mass, names))
         k = real_matrix("stiffness", aligned("stiffness", stiffness, names))
         c = checked_damping(aligned("damping", damping, names))
-        g = (
-            None
-            if gyroscopic is None
-            else real_matrix("gyroscopic", aligned("gyroscopic", gyroscopic, names))
-        )
-        h = (
-            None
-            if circulatory is None
-            else real_matrix("circulatory", aligned("circulatory", circulatory, names))
+        g, h = (
+            None if given is None else real_matrix(name, aligned(name, given, names))
+            for name, given in (("gyroscopic", gyroscopic), ("circulatory", circulatory))
         )
         f = real_array("force", np.zeros(size) if force is None else aligned("force", force, names), 1)
         if not isinstance(impact_friction, bool | np.bool_):
@@ -177,7 +171,7 @@ class Scene(Shown):
         if not np.iterable(contacts):
             raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
         listed = along_lines(tuple(contacts))
-        given = _core_contacts(listed, names)
+        taken = _core_contacts(listed, names)
         listed_loads = checked_loads(loads, listed)
         listed_elements = checked_elements(elements)
         core = _core.Scene(
@@ -185,7 +179,7 @@ class Scene(Shown):
             (core_matrix(k), None if h is None else core_matrix(h)),
             (core_damping(c), None if g is None else core_matrix(g)),
             (f, core_loads(listed_loads, listed, names)),
-            (given, core_elements(listed_elements, names)),
+            (taken, core_elements(listed_elements, names)),
             bool(impact_friction),
         )
         self._set(
@@ -317,26 +311,19 @@ class Scene(Shown):
         lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
         lines.append(f"  damping: {described_damping(self.damping)}")
         lines += [f"  {name}: matrix" for name in self.unsymmetric]
-        lines += [
-            f"  load {name}: {text}" for name, text in described_loads(self.loads, self.contacts, self.dofs)
-        ]
+        loads = described_loads(self.loads, self.contacts, self.dofs)
+        lines += [f"  load {name}: {text}" for name, text in loads]
         lines += [f"  {name}: {text}" for name, text in described_elements(self.elements, self.dofs)]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
-            law = (
-                f"friction {contact.friction!r}"
-                if isinstance(contact.friction, FrictionLaw)
-                else f"friction {contact.friction:g}"
-            )
+            law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.coefficient(0.0)):
                 law += f", static {contact.static_friction:g}"
             law += f", slider speed {contact.slider_speed:g} m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
             law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
-            place = " / ".join(
-                described_direction(direction, self.dofs)
-                for direction in (contact.tangential, contact.normal)
-            )
+            both = (contact.tangential, contact.normal)
+            place = " / ".join(described_direction(direction, self.dofs) for direction in both)
             lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
 

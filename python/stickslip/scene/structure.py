@@ -40,20 +40,16 @@ class Structure:
     @classmethod
     def of(cls, scene: Scene, combination: str | None = None) -> Structure:
         """Return the sparse matrices of a scene, about steady sliding of a combination if one is given."""
-        if scene.core.has_massless:
+        needed = "mass on every dof and rigid contacts" if scene.core.has_massless else ""
+        if not needed and scene.elements and combination is None:
+            needed = "a linear structure, without elements"
+        if needed:
             raise InputError(
-                "scene: energies of modes and harmonics need mass on every dof and rigid contacts;"
+                f"scene: energies of modes and harmonics need {needed};"
                 " Trajectory.energy and Trajectory.balance have those of a motion"
             )
-        if scene.elements and combination is None:
-            raise InputError(
-                "scene: energies of modes and harmonics need a linear structure, without elements;"
-                " Trajectory.energy and Trajectory.balance have those of a motion"
-            )
-        core, shape = scene.core, (scene.size, scene.size)
-        mass, damping, stiffness, elastic, circulatory = (
-            scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()
-        )
+        core = scene.core
+        mass, damping, stiffness, elastic, circulatory = core_matrices(scene)
         directions, basis = (
             scipy.sparse.csr_array(rows.T) for rows in (core.contact_directions(), core.contact_basis())
         )
@@ -70,6 +66,11 @@ class Structure:
         sparse = cls.of(scene)
         matrices = {name: part.toarray() for name, part in vars(sparse).items() if name != "force"}
         return cls(**matrices, force=sparse.force)
+
+
+def core_matrices(scene: Scene) -> list[Any]:
+    """Return M, C + G, K + H, the matrix of the elastic energy and H_a, see `Structure`, sparse."""
+    return [scipy.sparse.csr_array(parts, shape=(scene.size, scene.size)) for parts in scene.core.matrices()]
 
 
 def times(matrix: Any, vectors: Complex) -> Complex:
