@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    import xarray as xr
+from typing import Any
 
 
 class StickslipError(Exception):
@@ -26,7 +23,19 @@ class NoSteadyStateError(InputError):
     """
 
 
-class Interrupted(KeyboardInterrupt):
+class Unfinished(BaseException):
+    """An error that holds what had been computed by then, also once it is pickled."""
+
+    def __init__(self, message: str, partial: Any = None) -> None:
+        super().__init__(message)
+        self.partial = partial
+
+    # An exception is otherwise made again from its message alone.
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial)
+
+
+class Interrupted(Unfinished, KeyboardInterrupt):
     """A run, a search or a study that the user interrupted.
 
     Attributes
@@ -38,16 +47,8 @@ class Interrupted(KeyboardInterrupt):
         the curves found, or the dataset of a study.
     """
 
-    def __init__(self, message: str, partial: Any) -> None:
-        super().__init__(message)
-        self.partial = partial
 
-    # An exception is otherwise made again from its message alone.
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
-
-
-class OrbitError(StickslipError, RuntimeError):
+class OrbitError(Unfinished, StickslipError, RuntimeError):
     """A periodic orbit that Newton's method does not find.
 
     Attributes
@@ -56,10 +57,8 @@ class OrbitError(StickslipError, RuntimeError):
         The `Branch` of the orbits that `nonlinear_mode` had found before; None of other calls.
     """
 
-    partial: Any = None
 
-
-class StudyError(StickslipError, RuntimeError):
+class StudyError(Unfinished, StickslipError, RuntimeError):
     """A study that could not go on.
 
     Attributes
@@ -67,10 +66,3 @@ class StudyError(StickslipError, RuntimeError):
     partial
         Everything computed so far, an `xarray.Dataset`; the status of other samples is ``pending``.
     """
-
-    def __init__(self, message: str, partial: xr.Dataset) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)

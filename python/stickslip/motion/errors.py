@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.faults import StickslipError
+from stickslip.faults import StickslipError, Unfinished
 
 if TYPE_CHECKING:
     from stickslip.motion.motion import Motion
 
 
-class RunError(StickslipError, RuntimeError):
+class RunError(Unfinished, StickslipError, RuntimeError):
     """A run that cannot go on.
 
     Attributes
@@ -18,13 +18,6 @@ class RunError(StickslipError, RuntimeError):
     partial
         The motion computed so far (of a `simulate` it is a `Trajectory`), or None where nothing was computed.
     """
-
-    def __init__(self, message: str, partial: Motion | None = None) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
 
 
 class NotPeriodicError(RunError):
