@@ -115,17 +115,16 @@ def _found(
 ) -> list[CriticalPoint]:
     """Return what a search finds along all modes, or along those of a band."""
     region = wanted_region(band, growth)
-    if region is None:
-        return _with_causes(search(sliding.path(name, lower, upper, fixed)), sliding, fixed)
 
     def inside(points: list[CriticalPoint]) -> list[CriticalPoint]:
+        if region is None:
+            return points
+        held = region.holds(np.array([point.eigenvalue for point in points]))
         return [
-            point
-            for point in points
-            if point.kind == "separation" or region.holds(np.array([point.eigenvalue]))[0]
+            point for point, holds in zip(points, held, strict=True) if holds or point.kind == "separation"
         ]
 
-    if not is_large(sliding, name, lower, fixed):
+    if region is None or not is_large(sliding, name, lower, fixed):
         return _with_causes(inside(search(sliding.path(name, lower, upper, fixed))), sliding, fixed)
     followed = BandPath(sliding, name, fixed, lower, upper, region)
     points = inside(search(followed.path))

@@ -103,17 +103,8 @@ class CriticalPoint:
         if self.kind == "separation":
             return f"contact {self.name} {'opens' if self.direction > 0 else 'closes'}"
         toward = {1: "destabilising", -1: "stabilising", 0: ""}[self.direction]
-        return ", ".join(
-            filter(
-                None,
-                [
-                    toward,
-                    self.cause,
-                    self.criticality,
-                    "" if self.steady_sliding else "no steady sliding there",
-                ],
-            )
-        )
+        exists = "" if self.steady_sliding else "no steady sliding there"
+        return ", ".join(filter(None, [toward, self.cause, self.criticality, exists]))
 
     def __repr__(self) -> str:
         place = f"{self.value:.14g}"
@@ -187,18 +178,10 @@ class CriticalPoints(Sequence[CriticalPoint], Shown):
     def from_dataset(cls, data: xr.Dataset) -> CriticalPoints:
         """Return the points of which `to_dataset` has made a dataset."""
         (parameter,) = (str(name) for name, held in data.coords.items() if held.dims != (name,))
+        others = ("other", "slope", "cause", "criticality", "lyapunov", "contact", "contact_index")
         columns = {
             name: data[f"computed_{name}" if name == parameter else name].to_numpy().tolist()
-            for name in (
-                *_SAME,
-                "other",
-                "slope",
-                "cause",
-                "criticality",
-                "lyapunov",
-                "contact",
-                "contact_index",
-            )
+            for name in (*_SAME, *others)
         }
         points = []
         for k, value in enumerate(data[parameter].to_numpy().tolist()):

@@ -116,6 +116,7 @@ def sensitivity(
         for row, change in zip(means, changes, strict=True):
             row[mode] = complex(np.nan, np.nan) if large else _mean_derivative(modes, change, pair)
     derivative[:, ~defined] = complex(np.nan, np.nan)
+    units = [family.units(name).get("units", "") for name in names]
     found = xr.Dataset(
         {
             "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
@@ -126,10 +127,7 @@ def sensitivity(
         },
         coords={
             "parameter": np.array(names, dtype=str),
-            "unit": (
-                "parameter",
-                np.array([Family(model).units(name).get("units", "") for name in names], dtype=str),
-            ),
+            "unit": ("parameter", np.array(units, dtype=str)),
             "mode": np.arange(modes.eigenvalues.size),
         },
     )

@@ -75,7 +75,7 @@ def stability(
     if region is None:
         found, contacts = _verdicts(family, combination, tuple(columns), rows)
     else:
-        found, contacts, attrs = _band_verdicts(family, combination, told, columns, region)
+        found, contacts, attrs = _band_verdicts(family, combination, told, columns, rows, region)
     eigenvalue = found["eigenvalue"]
     variables = {
         "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
@@ -121,11 +121,11 @@ def _band_verdicts(
     combination: str | None,
     told: Mapping[str, Any],
     columns: Mapping[str, Real],
+    rows: Real,
     region: Region,
 ) -> tuple[dict[str, Any], list[Any], dict[str, Any]]:
     """Return the verdicts on the modes of a region, labels of contacts, and the attributes."""
     sliding, names = Sliding(family, combination), tuple(columns)
-    rows = np.column_stack([*columns.values()])
     points = [dict(zip(names, map(float, row), strict=True)) for row in rows]
     name, fixed = names[0], {key: value for key, value in points[0].items() if key != names[0]}
     if not is_large(sliding, name, points[0][name], fixed):

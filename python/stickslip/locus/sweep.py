@@ -11,7 +11,7 @@ import scipy.optimize
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
+from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.band.sweep import swept_band
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
@@ -123,8 +123,9 @@ def sweep(
             raise InputError(f"modes: expected None with two parameters with arrays of values, got {modes}")
     region = wanted_region(band, growth)
     if region is not None:
-        refuse("modes", modes)
-        refuse("vectors", vectors)
+        for name, given in (("modes", modes), ("vectors", vectors)):
+            if given:
+                raise InputError(f"{name}: cannot be given together with band, got {given!r}")
         if len(arrays) == 2:
             raise InputError("band: expected one parameter with an array of values, got two")
     axes = {name: _distinct(name, value) for name, value in arrays.items()}

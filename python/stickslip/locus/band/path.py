@@ -12,7 +12,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -117,9 +116,3 @@ def wanted_region(band: Sequence[float] | None, growth: Sequence[float | None]) 
     if tuple(growth) != (None, None):
         raise InputError(f"growth: needs a band, got growth={growth!r} alone")
     return None
-
-
-def refuse(name: str, given: Any) -> None:
-    """Refuse an option that goes without a band."""
-    if given:
-        raise InputError(f"{name}: cannot be given together with band, got {given!r}")

@@ -140,9 +140,7 @@ class BandSearch(Search):
     def _modes(self, scene: Scene, place: Real) -> tuple[Modes, float]:
         """Return the modes of the band, and how many are missing, which is a doubt."""
         modes = self.space.modes(scene, certify=True)
-        values = self.plane.values(place[:2]).items()
-        at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
-        self.doubts += [f"at {at}: {doubt}" for doubt in modes.doubts]
+        self.doubts += [f"at {self.plane.described(place[:2])}: {doubt}" for doubt in modes.doubts]
         return modes, float(modes.missing or 0.0)
 
     def _scene(self, place: Real) -> Scene:

