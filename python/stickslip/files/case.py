@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.files.scene_file import (
@@ -37,8 +35,9 @@ from stickslip.scene.checks import (
 )
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.parameters.family import Family
-from stickslip.scene.scene import HIDDEN, Scene
+from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
+from stickslip.study.run.identity import described_scene
 from stickslip.transient.simulate import run_settings, simulate
 from stickslip.transient.trajectory import Trajectory
 
@@ -202,15 +201,15 @@ def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
     file.write_text(_text(what, file, matrices, older), encoding="utf-8")
 
 
-def case_text(scene: Scene) -> str:
-    """Return a scene as the text of a scene file that needs no other files."""
-    return _text(_named(scene), Path(), "inline", "")
+def case_text(what: Scene | Case, older: str = "") -> str:
+    """Return a scene or a case as the text of a scene file that needs no other files."""
+    return _text(_named(what) if isinstance(what, Scene) else what, Path(), "inline", older)
 
 
 def _named(scene: Scene) -> Case:
     """Return a scene as the model and arguments that made it, if they still do."""
     model = scene.model
-    return Case(scene if model is None or not _same(model(), scene) else model)
+    return Case(scene if model is None or described_scene(model()) != described_scene(scene) else model)
 
 
 def _text(case: Case, file: Path, matrices: Matrices, older: str) -> str:
@@ -281,21 +280,3 @@ def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
         elif value is not None:
             table[key] = value
     return table
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Return whether two scenes, or parts of them, have the same numbers and names, to the last bit."""
-    if type(a) is not type(b):
-        return False
-    if scipy.sparse.issparse(a):
-        return bool(a.shape == b.shape and (a != b).nnz == 0)
-    if isinstance(a, np.ndarray):
-        return np.array_equal(a, b)
-    if dataclasses.is_dataclass(a):
-        names = [field.name for field in dataclasses.fields(a) if field.name not in HIDDEN]
-        return all(_same(getattr(a, name), getattr(b, name)) for name in names)
-    if isinstance(a, tuple | list):
-        return len(a) == len(b) and all(map(_same, a, b))
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
-    return bool(a == b)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import pickle
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +26,7 @@ from stickslip.scene.parameters.family import Family
 from stickslip.scene.parameters.values import parameter_of
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
+from stickslip.study.run.identity import described_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,7 +95,8 @@ def _orbits(
         text = record = ""
         if cycle is not None:
             record = base64.b64encode(cycle.core.record()).decode()
-            if first is None or _numbers(_at(first, parameter, value)) != _numbers(cycle.scene):
+            near = None if first is None else _at(first, parameter, value)
+            if first is None or near is None or described_scene(near) != described_scene(cycle.scene):
                 text = case_text(cycle.scene)
                 first = cycle.scene if first is None else first
         texts.append(text)
@@ -131,11 +132,6 @@ def _at(scene: Scene, parameter: str, value: float) -> Scene | None:
         return Family(scene).scene({parameter: float(value)})
     except InputError:
         return None
-
-
-def _numbers(scene: Scene | None) -> bytes:
-    """Return what two scenes have in common only if all their numbers are the same."""
-    return b"" if scene is None else pickle.dumps(scene.__reduce__()[1][0])
 
 
 def _cycles(data: xr.Dataset, parameter: str, values: Any, prefix: str = KEPT) -> tuple[Cycle | None, ...]:

@@ -89,21 +89,14 @@ def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] 
 def scene_from(path: Path, table: dict[str, Any]) -> Scene:
     """Return the scene of a table `[scene]`."""
     known(f"{path}: [scene]", table, SCENE_KEYS, ("mass", "stiffness"))
-    contacts = table.get("contact", [])
-    if not isinstance(contacts, list):
-        raise InputError(f"{path}: [scene]: contact: expected tables [[scene.contact]], got {contacts!r}")
+    contacts = _tables(f"{path}: [scene]", "scene", "contact", table)
     for i, contact in enumerate(contacts):
         # A stop has no tangential direction and no friction.
         needs = ("normal",) if "tangential" not in contact else ("tangential", "friction")
         known(f"{path}: contact {i}", contact, CONTACT_KEYS, needs)
     _check_sizes(path, table)
     arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
-    loads = table.get("load", [])
-    if not isinstance(loads, list):
-        raise InputError(f"{path}: [scene]: load: expected tables [[scene.load]], got {loads!r}")
-    elements = table.get("element", [])
-    if not isinstance(elements, list):
-        raise InputError(f"{path}: [scene]: element: expected tables [[scene.element]], got {elements!r}")
+    loads, elements = (_tables(f"{path}: [scene]", "scene", key, table) for key in ("load", "element"))
     with located(f"{path}: [scene]"):
         return Scene(
             **arguments,
@@ -113,6 +106,14 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
             loads=[_load(path, i, load) for i, load in enumerate(loads)],
             elements=[_element(path, i, element) for i, element in enumerate(elements)],
         )
+
+
+def _tables(place: str, section: str, key: str, table: Mapping[str, Any]) -> list[Any]:
+    """Return the tables of one name in a section; none: an empty list."""
+    found = table.get(key, [])
+    if not isinstance(found, list):
+        raise InputError(f"{place}: {key}: expected tables [[{section}.{key}]], got {found!r}")
+    return found
 
 
 def _check_sizes(path: Path, table: Mapping[str, Any]) -> None:
@@ -194,14 +195,13 @@ def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
     known(place, given, tuple(keys))
     for argument, (key, kind) in lists.items():
         if key in keys:
-            given[argument] = _entries(place, key, given.pop(key, []), kind)
+            given[argument] = _entries(place, key, _tables(place, "model", key, given), kind)
+            given.pop(key, None)
     return partial(model, **given)
 
 
-def _entries(place: str, key: str, entries: Any, kind: Any) -> list[Any]:
+def _entries(place: str, key: str, entries: list[Any], kind: Any) -> list[Any]:
     """Return the subsystems or links of a chain."""
-    if not isinstance(entries, list):
-        raise InputError(f"{place}: {key}: expected tables [[model.{key}]], got {entries!r}")
     fields = dataclasses.fields(kind)
     needs = tuple(field.name for field in fields if field.default is dataclasses.MISSING)
     for i, entry in enumerate(entries):

@@ -193,9 +193,9 @@ def distribution(
     tail = 0.5 * (1.0 - confidence)
     # Ranks outside the samples are no bound at all.
     low, high = binom.ppf(tail, count, at) - 1.0, binom.ppf(1.0 - tail, count, at)
-    bounded = [np.append(values, [np.nan]), np.append(values, [np.nan])]
-    lower = bounded[0][np.where(low >= 0.0, low, count).astype(int)]
-    upper = bounded[1][np.where(high < count, high, count).astype(int)]
+    bounds = np.append(values, np.nan)
+    lower = bounds[np.where(low >= 0.0, low, count).astype(int)]
+    upper = bounds[np.where(high < count, high, count).astype(int)]
     deviation = float(values.std(ddof=1)) if count > 1 else np.nan
     return xr.Dataset(
         {

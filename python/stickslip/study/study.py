@@ -145,9 +145,13 @@ class Study:
             self.sampler = "points"
             self.design = self._points(sampler, samples)
         self.family.check_angles(self.parameters.names, self.design)
-        self.settings = self._settings(
-            combination, hopf, duration, further, position, velocity, method, max_events
-        )
+        moved, times = self._moved(hopf), self._times(duration, further)
+        if method not in ("auto", "modal", "taylor"):
+            raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
+        start = None if position is None and velocity is None else (position, velocity)
+        limit = None if max_events is None else whole_number("max_events", max_events, 0)
+        self.settings = Settings(combination, moved, *times, method, limit, start)
+        Labels.of(self.scene, self.settings)
 
     def _design(self, samples: int | None) -> Real:
         grid = bool(self.parameters.levels)
@@ -188,42 +192,29 @@ class Study:
             raise InputError("sampler: expected points in the unit cube")
         return self.parameters.values(points)
 
-    def _settings(
-        self,
-        combination: str | None,
-        hopf: Mapping[str, tuple[float, float]] | None,
-        duration: float | None,
-        further: float | None,
-        position: Any,
-        velocity: Any,
-        method: str,
-        max_events: int | None,
-    ) -> Settings:
-        moved = None
-        if self.outputs.asks("hopf"):
-            if not isinstance(hopf, Mapping) or len(hopf) != 1:
-                raise InputError(
-                    "hopf: expected the friction to move and its range, such as {'friction': (0.0, 3.0)}, "
-                    f"got {hopf!r}"
-                )
-            ((name, ends),) = hopf.items()
-            lower, upper = interval(f"hopf[{name!r}]", ends)
-            if lower < 0.0:
-                raise InputError(f"hopf[{name!r}]: friction must be >= 0, got {lower!r}")
-            moved = (name, lower, upper)
-        length, longer = 0.0, 0.0
-        if self.outputs.moves:
-            if duration is None:
-                raise InputError("duration: outputs of motions need it, in s")
-            length = finite_time("duration", duration)
-            longer = FURTHER * length if further is None else finite_time("further", further, 0.0)
-        if method not in ("auto", "modal", "taylor"):
-            raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
-        start = None if position is None and velocity is None else (position, velocity)
-        limit = None if max_events is None else whole_number("max_events", max_events, 0)
-        settings = Settings(combination, moved, length, longer, method, limit, start)
-        Labels.of(self.scene, settings)
-        return settings
+    def _moved(self, hopf: Any) -> tuple[str, float, float] | None:
+        """Return the friction that moves for Hopf points, and the ends of its range."""
+        if not self.outputs.asks("hopf"):
+            return None
+        if not isinstance(hopf, Mapping) or len(hopf) != 1:
+            raise InputError(
+                "hopf: expected the friction to move and its range, such as {'friction': (0.0, 3.0)}, "
+                f"got {hopf!r}"
+            )
+        ((name, ends),) = hopf.items()
+        lower, upper = interval(f"hopf[{name!r}]", ends)
+        if lower < 0.0:
+            raise InputError(f"hopf[{name!r}]: friction must be >= 0, got {lower!r}")
+        return name, lower, upper
+
+    def _times(self, duration: float | None, further: float | None) -> tuple[float, float]:
+        """Return how long motions last, and how much longer they are followed, s."""
+        if not self.outputs.moves:
+            return 0.0, 0.0
+        if duration is None:
+            raise InputError("duration: outputs of motions need it, in s")
+        length = finite_time("duration", duration)
+        return length, FURTHER * length if further is None else finite_time("further", further, 0.0)
 
     @property
     def size(self) -> int:
@@ -370,10 +361,9 @@ class Study:
             name: ("sample", np.ascontiguousarray(values), self.family.units(name))
             for name, values in zip(self.parameters.names, self.design.T, strict=True)
         }
-        if "dof" in dims:
-            coords["dof"] = ("dof", list(labels.dofs), {})
-        if "contact" in dims:
-            coords["contact"] = ("contact", list(labels.contacts), {})
+        for dim, names in (("dof", labels.dofs), ("contact", labels.contacts)):
+            if dim in dims:
+                coords[dim] = (dim, list(names), {})
         return Layout(
             columns,
             {column.name: labels.size(column, evaluation.outputs) for column in columns},

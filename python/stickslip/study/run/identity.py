@@ -12,12 +12,11 @@ import numpy as np
 import scipy.sparse
 
 from stickslip import _core
-from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
-from stickslip.scene.elements import Element
+from stickslip.scene.elements import Damper, Spring
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.law import FrictionLaw
-from stickslip.scene.loads.in_time import Load
+from stickslip.scene.laws.law import OneVariableLaw
+from stickslip.scene.loads.in_time import Harmonic, Switched
 from stickslip.scene.scene import Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints
 
@@ -37,23 +36,9 @@ def described_model(model: Any, fixed: Mapping[str, Any]) -> dict[str, Any]:
 
 def described_scene(scene: Scene) -> dict[str, Any]:
     """Return all numbers of a scene, of plain types: it can be built again from them."""
-    damping = scene.damping
-    return {
-        "mass": _matrix(scene.mass),
-        "stiffness": _matrix(scene.stiffness),
-        "damping": [damping.mass, damping.stiffness]
-        if isinstance(damping, Rayleigh)
-        else None
-        if damping is None
-        else _matrix(damping),
-        **{name: _matrix(getattr(scene, name)) for name in scene.unsymmetric},
-        "force": scene.force.tolist(),
-        "contacts": [_contact(contact) for contact in scene.contacts],
-        "dofs": list(scene.dofs),
-        "impact_friction": scene.impact_friction,
-        **({"loads": [_load(load) for load in scene.loads]} if scene.loads else {}),
-        **({"elements": [_element(one) for one in scene.elements]} if scene.elements else {}),
-    }
+    beside = [name for name in ("loads", "elements") if getattr(scene, name)]
+    own = ("mass", "stiffness", "damping", *scene.unsymmetric, "force", "contacts", "dofs", "impact_friction")
+    return {name: _plain(getattr(scene, name)) for name in (*own, *beside)}
 
 
 def machine() -> dict[str, Any]:
@@ -111,36 +96,24 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _matrix(matrix: Real | scipy.sparse.csr_array) -> Any:
-    if isinstance(matrix, np.ndarray):
-        return matrix.tolist()
-    return {
-        "data": matrix.data.tolist(),
-        "indices": matrix.indices.tolist(),
-        "indptr": matrix.indptr.tolist(),
-    }
-
-
-def _contact(contact: Contact) -> dict[str, Any]:
-    wave = contact.slider_vibration
-    given = vars(contact) | {"slider_vibration": None if wave is None else _load(wave)}
-    return {name: value if name == "slider_vibration" else _plain(value) for name, value in given.items()}
-
-
-def _load(load: Load) -> dict[str, Any]:
-    return {"kind": type(load).__name__, **{name: _plain(value) for name, value in vars(load).items()}}
-
-
-def _element(element: Element) -> dict[str, Any]:
-    given = {name: _plain(value) for name, value in vars(element).items() if name != "law"}
-    return {"kind": element.kind, "law": element.law.table(), **given}
-
-
 def _plain(value: Any) -> Any:
-    """Return an index, number, name, direction or law of friction of a contact as a file keeps it."""
-    if isinstance(value, FrictionLaw):
-        return value.table()
-    if isinstance(value, Mapping):
-        return {str(name): float(weight) for name, weight in value.items()}
-    vector = isinstance(value, np.ndarray | np.generic | list | tuple)
-    return np.asarray(value).tolist() if vector else value
+    """Return a part of a scene, and what that is made of, as numbers and words."""
+    match value:
+        case Rayleigh():
+            return [value.mass, value.stiffness]
+        case OneVariableLaw():
+            return value.table()
+        case Contact():
+            return {name: _plain(part) for name, part in vars(value).items()}
+        case Harmonic() | Switched() | Spring() | Damper():
+            kind = getattr(value, "kind", type(value).__name__)
+            return {"kind": kind, **{name: _plain(part) for name, part in vars(value).items()}}
+        case Mapping():
+            return {str(name): float(weight) for name, weight in value.items()}
+        case list() | tuple():
+            return [_plain(part) for part in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+    if scipy.sparse.issparse(value):
+        return {name: getattr(value, name).tolist() for name in ("data", "indices", "indptr")}
+    return value

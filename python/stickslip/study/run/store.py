@@ -10,8 +10,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
-import uuid
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -25,6 +23,7 @@ from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import FORMAT_KEY, FORMAT_VERSION, check_format_version, package
+from stickslip.show.replaced_file import draft_of
 from stickslip.study.run.identity import differences
 from stickslip.study.run.zarr_folder import STORE, check_zarr
 from stickslip.study.sample.evaluation import Columns
@@ -104,13 +103,9 @@ class MemoryStore(Store):
         self.chunk = chunk
         self.complete = np.zeros(-(-layout.size // chunk), dtype=bool)
         self._arrays = {
-            column.name: np.full(
-                (layout.size, *layout.sizes[column.name]),
-                PENDING if column.name == "status" else column.missing,
-                dtype=object if column.dtype == "str" else column.dtype,
-            )
-            for column in layout.columns
+            column.name: column.filled(layout.size, *layout.sizes[column.name]) for column in layout.columns
         }
+        self._arrays["status"][:] = PENDING
 
     def array(self, name: str) -> Any:
         """Return what keeps a variable."""
@@ -170,40 +165,40 @@ class ZarrStore(Store):
         """Write everything that is known before the first sample, under another name until it is complete."""
         layout = self.layout
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        draft = self.path.with_name(f"{self.path.name}.{uuid.uuid4().hex}.partial")
         try:
-            labels = {
-                name: (dim, np.asarray(values, dtype=object))
-                for name, (dim, values, _) in layout.coords.items()
-                if np.asarray(values).dtype.kind in "UO"
-            }
-            frame = layout.frame.assign_coords(labels).assign_attrs({FORMAT_KEY: FORMAT_VERSION, STORE: True})
-            frame.to_zarr(draft, mode="w-", zarr_format=3, consolidated=False)
-            # Not by xarray: only of dask arrays, which hold no texts, does it write the frame alone.
-            group = zarr.open_group(draft, mode="r+", zarr_format=3)
-            for column in layout.columns:
-                rest = layout.sizes[column.name]
-                group.create_array(
-                    column.name,
-                    shape=(layout.size, *rest),
-                    chunks=(chunk, *(max(1, length) for length in rest)),
-                    dtype=str if column.dtype == "str" else column.dtype,
-                    fill_value=PENDING if column.name == "status" else column.missing,
-                    dimension_names=("sample", *column.dims),
-                    attributes=column.attrs,
+            with draft_of(self.path) as draft:
+                labels = {
+                    name: (dim, np.asarray(values, dtype=object))
+                    for name, (dim, values, _) in layout.coords.items()
+                    if np.asarray(values).dtype.kind in "UO"
+                }
+                frame = layout.frame.assign_coords(labels).assign_attrs(
+                    {FORMAT_KEY: FORMAT_VERSION, STORE: True}
                 )
-            with contextlib.suppress(OSError):
-                self.path.rmdir()
-            try:
-                draft.rename(self.path)
-            except OSError:
-                # Another writer was quicker: what it made is opened, and its lock decides.
-                if not (self.path / "zarr.json").is_file():
-                    raise
+                frame.to_zarr(draft, mode="w-", zarr_format=3, consolidated=False)
+                # Not by xarray: only of dask arrays, which hold no texts, does it write the frame alone.
+                group = zarr.open_group(draft, mode="r+", zarr_format=3)
+                for column in layout.columns:
+                    rest = layout.sizes[column.name]
+                    group.create_array(
+                        column.name,
+                        shape=(layout.size, *rest),
+                        chunks=(chunk, *(max(1, length) for length in rest)),
+                        dtype=str if column.dtype == "str" else column.dtype,
+                        fill_value=PENDING if column.name == "status" else column.missing,
+                        dimension_names=("sample", *column.dims),
+                        attributes=column.attrs,
+                    )
+                with contextlib.suppress(OSError):
+                    self.path.rmdir()
+                try:
+                    draft.rename(self.path)
+                except OSError:
+                    # Another writer was quicker: what it made is opened, and its lock decides.
+                    if not (self.path / "zarr.json").is_file():
+                        raise
         except OSError as error:
             raise InputError(f"store: {self.path} cannot be made: {error}") from error
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
 
     def _opened(self, zarr: Any) -> Any:
         try:

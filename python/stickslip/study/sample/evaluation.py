@@ -113,11 +113,7 @@ class Evaluation:
     def empty(self, count: int) -> Columns:
         """Return the columns of samples that have no values, (count, ...)."""
         return {
-            column.name: np.full(
-                (count, *self.labels.size(column, self.outputs)),
-                column.missing,
-                dtype=object if column.dtype == "str" else column.dtype,
-            )
+            column.name: column.filled(count, *self.labels.size(column, self.outputs))
             for column in self.outputs.columns
         }
 

@@ -20,7 +20,6 @@ Group = Literal["growth", "eigenvalues", "normal_force", "hopf", "run", "settle"
 class Column:
     """One variable of the results."""
 
-    #: Name of the variable.
     name: str
     group: Group
     #: Dimensions besides ``sample``.
@@ -34,6 +33,10 @@ class Column:
     def missing(self) -> Any:
         """What stands where there is no value."""
         return {"float64": np.nan, "complex128": complex(np.nan, np.nan), "int64": -1, "str": ""}[self.dtype]
+
+    def filled(self, *shape: int) -> np.ndarray[Any, Any]:
+        """Return an array without values."""
+        return np.full(shape, self.missing, dtype=object if self.dtype == "str" else self.dtype)
 
 
 def _column(
