@@ -29,27 +29,17 @@ INTERRUPTED = 130
 FALLBACKS = {"∠": "at", "→": "->", "←": "<-", "°": " deg", "µ": "u", "π": "pi", "±": "+-", "…": "..."}
 
 
-class Refused(click.ClickException):
-    """Ill-posed input, or output that cannot be written."""
+class Ended(click.ClickException):
+    """The end of a command by a message and an exit code."""
 
-    exit_code = REFUSED
+    def __init__(self, message: str, exit_code: int) -> None:
+        super().__init__(message)
+        self.exit_code = exit_code  # type: ignore[misc]
 
     def show(self, file: Any = None) -> None:
         """Write the message, unless standard error is what cannot be written."""
         with suppress(OSError):
             super().show(file)
-
-
-class Stopped(click.ClickException):
-    """A run without an answer."""
-
-    exit_code = STOPPED
-
-
-class Fault(click.ClickException):
-    """A defect of the program."""
-
-    exit_code = FAULT
 
 
 class Verbs(click.Group):
@@ -79,25 +69,26 @@ def _ended() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise Refused(str(error)) from error
+        raise Ended(str(error), REFUSED) from error
     except (RunError, StudyError) as error:
-        raise Stopped(str(error)) from error
+        raise Ended(str(error), STOPPED) from error
     except KeyboardInterrupt:
         click.echo("interrupted", err=True)
         raise click.exceptions.Exit(INTERRUPTED) from None
     except OSError as error:
         if error.filename is not None:
-            raise Refused(f"{error.filename}: {error.strerror}") from error
+            raise Ended(f"{error.filename}: {error.strerror}", REFUSED) from error
         _discard_output()
         if isinstance(error, BrokenPipeError):
             # Whoever reads, such as `head`, has what it wanted.
             raise click.exceptions.Exit(REFUSED) from None
-        raise Refused(f"cannot write: {error.strerror or error}") from error
+        raise Ended(f"cannot write: {error.strerror or error}", REFUSED) from error
     except (click.ClickException, click.exceptions.Exit, click.Abort):
         raise
     except Exception as error:
         traceback.print_exc()
-        raise Fault("this is a defect of stickslip; please report it with what stands above") from error
+        message = "this is a defect of stickslip; please report it with what stands above"
+        raise Ended(message, FAULT) from error
 
 
 def _discard_output() -> None:

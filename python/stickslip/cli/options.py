@@ -6,8 +6,7 @@ import dataclasses
 import errno
 import os
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from itertools import zip_longest
@@ -22,6 +21,7 @@ from stickslip.show.summary import cell
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from rich.console import Console, RenderableType
 
@@ -34,24 +34,31 @@ T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def scene_argument(verb: F) -> F:
+changes_option = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Change a parameter, such as friction=2.2 or 'friction=[1.5,1.2]'; repeatable.",
+)
+combination_option = click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
+
+
+def scene_argument(verb: F, required: bool = True) -> F:
     """Give a verb the scene file and the changes of its parameters."""
-    changes = click.option(
-        "--set",
-        "changes",
-        multiple=True,
-        metavar="NAME=VALUE",
-        help="Change a parameter, such as friction=2.2 or 'friction=[1.5,1.2]'; repeatable.",
-    )
-    path = click.argument("scene", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-    return path(changes(verb))
+    kind = click.Path(exists=True, dir_okay=False, path_type=Path)
+    return click.argument("scene", type=kind, required=required)(changes_option(verb))
 
 
 def loaded(path: Path, changes: Sequence[str]) -> ss.Case:
     """Return the case of a scene file with its changes."""
-    from stickslip.files.case import load_case
+    return changed(ss.load(path), changes)
 
-    case = load_case(path)
+
+def changed(case: ss.Case, changes: Sequence[str]) -> ss.Case:
+    """Return a case with changes of its parameters."""
     return case.replace(**named("--set", map(parameter, changes))) if changes else case
 
 
@@ -157,7 +164,7 @@ class Answer:
         dataset: Callable[[], xr.Dataset],
         rows: Sequence[str],
         shown: Callable[[Console], None],
-        figure: Callable[[], Figure] | None,
+        figure: Callable[[], Figure | Axes] | None,
     ) -> None:
         """Print or write what was asked for; each form is made only then.
 
@@ -177,32 +184,12 @@ class Answer:
             write_dataset(dataset(), self.file, rows)
             click.echo(f"wrote {self.file}", err=True)
         if self.plot is not None and figure is not None:
-            save_figure(figure(), self.plot, self.dpi)
+            ss.save(figure(), self.plot, dpi=self.dpi)
             click.echo(f"wrote {self.plot}", err=True)
 
     def is_rows(self) -> bool:
         """Return whether a CSV table is printed or written."""
         return self.csv or (self.file is not None and self.file.suffix == ".csv")
-
-
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Let an error of writing say which file it is about."""
-    try:
-        yield
-    except OSError as error:
-        if error.filename is None:
-            raise OSError(error.errno, error.strerror or str(error), str(path)) from error
-        raise
-
-
-dpi_option = click.option(
-    "--dpi",
-    type=Number(50, 2400),
-    default=300,
-    show_default=True,
-    help="Points per inch of a .png.",
-)
 
 
 def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
@@ -216,12 +203,15 @@ def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
         verb(answer=Answer(json, csv, file, plot, dpi), **others)
 
     target = click.Path(dir_okay=False, writable=True, path_type=Path)
+    data, figure = _file_of(".nc", ".csv"), _file_of(".pdf", ".svg", ".eps", ".png")
     options = (
         click.option("--json", is_flag=True, help="Print JSON instead of a table."),
         click.option("--csv", is_flag=True, help="Print CSV instead of a table."),
-        click.option("-o", "--output", "file", type=target, callback=_data_file, help="Write .nc or .csv."),
-        click.option("--plot", type=target, callback=_figure_file, help="Draw to .pdf, .svg, .eps or .png."),
-        dpi_option,
+        click.option("-o", "--output", "file", type=target, callback=data, help="Write .nc or .csv."),
+        click.option("--plot", type=target, callback=figure, help="Draw to .pdf, .svg, .eps or .png."),
+        click.option(
+            "--dpi", type=Number(50, 2400), default=300, show_default=True, help="Points per inch of a .png."
+        ),
     )
     for option in reversed(options):
         told = option(told)
@@ -246,13 +236,6 @@ def waiting(message: str) -> Any:
     from rich.console import Console
 
     return Console(stderr=True).status(message)
-
-
-def save_figure(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a figure in the form that its suffix names."""
-    from stickslip.show.style import save
-
-    save(figure, path, dpi)
 
 
 def show(out: Console, summary: Summary) -> None:
@@ -282,17 +265,14 @@ def table(shown: Table) -> RenderableType:
     return made
 
 
-def _data_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
-    return _of_kind(path, (".nc", ".csv"))
+def _file_of(*suffixes: str) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
+    """Return a callback that refuses a file of another suffix, or in no folder."""
 
+    def checked(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
+        if path is not None and path.suffix not in suffixes:
+            raise click.BadParameter(f"expected a file {', '.join(suffixes)}, got {str(path)!r}")
+        if path is not None and not path.parent.is_dir():
+            raise click.BadParameter(f"no such folder: {path.parent}")
+        return path
 
-def _figure_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
-    return _of_kind(path, (".pdf", ".svg", ".eps", ".png"))
-
-
-def _of_kind(path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
-    if path is not None and path.suffix not in suffixes:
-        raise click.BadParameter(f"expected a file {', '.join(suffixes)}, got {str(path)!r}")
-    if path is not None and not path.parent.is_dir():
-        raise click.BadParameter(f"no such folder: {path.parent}")
-    return path
+    return checked

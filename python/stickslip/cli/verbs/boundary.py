@@ -7,10 +7,12 @@ from pathlib import Path
 import click
 
 import stickslip as ss
+from stickslip import types
 from stickslip.cli.options import (
     Answer,
     Number,
     answer_options,
+    combination_option,
     loaded,
     named,
     scene_argument,
@@ -30,9 +32,7 @@ RANGE = "NAME=FROM:TO"
     metavar=RANGE,
     help="Parameter and its range; twice. The second one is the horizontal axis of a figure.",
 )
-@click.option(
-    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
-)
+@combination_option
 @click.option(
     "--cells",
     type=Number(2, 1000),
@@ -66,18 +66,17 @@ def boundary(
     ranges = named("--over", map(_range, over))
     if len(ranges) != 2:
         raise click.UsageError(f"--over: expected two parameters, got {len(ranges)}")
-    case, interrupted = loaded(scene, changes), False
-    try:
-        found = ss.stability_boundary(case.model, ranges, combination=combination, cells=cells, band=band)
-    except ss.Interrupted as interruption:
-        found, interrupted = interruption.partial, True
-    from stickslip.show.plots import figure_of
+    model = loaded(scene, changes).model
 
-    answer.give(
-        found.to_dataset, ("point",), lambda out: show(out, found.summary()), lambda: figure_of(found.plot())
-    )
-    if interrupted:
-        raise KeyboardInterrupt
+    def give(found: types.StabilityBoundary) -> None:
+        answer.give(found.to_dataset, ("point",), lambda out: show(out, found.summary()), found.plot)
+
+    try:
+        found = ss.stability_boundary(model, ranges, combination=combination, cells=cells, band=band)
+    except ss.Interrupted as interruption:
+        give(interruption.partial)
+        raise
+    give(found)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,19 +10,12 @@ import click
 
 import stickslip as ss
 from stickslip.cli.exits import INTERRUPTED
-from stickslip.cli.options import Number, loaded, motion_options, naming
+from stickslip.cli.options import Number, changed, loaded, motion_options, scene_argument
 from stickslip.show.replaced_file import replace_file
 
 
 @click.command()
-@click.argument("scene", type=click.Path(exists=True, dir_okay=False, path_type=Path), required=False)
-@click.option(
-    "--set",
-    "changes",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Change a parameter, such as friction=2.2; repeatable.",
-)
+@partial(scene_argument, required=False)
 @click.option(
     "--port",
     type=Number(0, 65535),
@@ -41,15 +35,13 @@ def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser:
       stickslip explore brake.toml
     """
     if scene is None:
-        case, title = ss.Case(ss.models.two_subsystems), "two_subsystems"
-        if changes:
-            from stickslip.cli.options import named, parameter
-
-            case = case.replace(**named("--set", map(parameter, changes)))
+        case, title = changed(ss.Case(ss.models.two_subsystems), changes), "two_subsystems"
     else:
         case, title = loaded(scene, changes), scene.stem
-    with naming(Path(f"port {port}")):
+    try:
         page = ss.explore(case, port=port, open_browser=not no_browser, title=title)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, f"port {port}") from error
     click.echo(f"{page.url}  (Ctrl-C ends it)")
     try:
         page.wait()

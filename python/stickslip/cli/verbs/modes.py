@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, show, waiting
+from stickslip.cli.options import (
+    Answer,
+    answer_options,
+    combination_option,
+    loaded,
+    scene_argument,
+    show,
+    waiting,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,9 +25,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @scene_argument
-@click.option(
-    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
-)
+@combination_option
 @click.option(
     "--modes",
     "numbers",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -19,9 +19,6 @@ from stickslip.cli.options import (
     waiting,
 )
 from stickslip.scene.contact import dof_index
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @click.command()
@@ -68,7 +65,7 @@ def simulate(
             lambda: run.to_dataset(samples),
             ("event",) if events else ("time",),
             lambda out: show(out, run.summary()),
-            lambda: _figure(run, dofs),
+            lambda: run.plot.history(dofs or None),
         )
 
     try:
@@ -85,7 +82,3 @@ def simulate(
             "--start velocity.DOF=METRES_PER_SECOND disturbs it",
             err=True,
         )
-
-
-def _figure(run: types.Motion, dofs: tuple[str, ...]) -> Figure:
-    return run.plot.history(dofs or None)

@@ -13,6 +13,7 @@ from stickslip.cli.options import (
     Answer,
     Number,
     answer_options,
+    combination_option,
     loaded,
     named,
     parameter,
@@ -37,9 +38,7 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
     metavar="NAME=FROM:TO:COUNT",
     help="Parameter and its values; once or twice; default: [sweep] of the file.",
 )
-@click.option(
-    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
-)
+@combination_option
 @click.option(
     "--modes",
     type=Number(min=1),
