@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import io
-import tempfile
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from stickslip.cycles.attractors import shown_duration
 from stickslip.explorer.sound import sound
 from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
 from stickslip.faults import InputError
-from stickslip.files.case import Case, save_case
+from stickslip.files.case import HEADER, Case, case_text
 from stickslip.scene import models
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State
 from stickslip.show.style import save
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
@@ -41,14 +38,11 @@ def texts(wanted: Wanted) -> dict[str, str]:
 
 
 def _toml(moved: Case, start: dict[str, Any], run: dict[str, Any], scene: Scene) -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.toml"
-        try:
-            save_case(Case(moved.model, start, run), path, "inline")
-        except InputError:
-            # A function of your own has no name in a file; its scene has matrices.
-            save_case(Case(scene, start, run), path, "inline")
-        return path.read_text(encoding="utf-8")
+    try:
+        return case_text(Case(moved.model, start, run), HEADER)
+    except InputError:
+        # A function of your own has no name in a file; its scene has matrices.
+        return case_text(Case(scene, start, run), HEADER)
 
 
 def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
@@ -100,14 +94,11 @@ def heard(wanted: Wanted) -> bytes:
     return sound(_run(wanted, wanted.number("seconds", SECONDS)), wanted.contact())
 
 
-def _start(wanted: Wanted, scene: Scene) -> State:
-    equilibrium, modes, _ = wanted.steady(scene)
-    return wanted.start(scene, equilibrium, modes)[0]
-
-
 def _run(wanted: Wanted, duration: float) -> Trajectory:
     scene = wanted.scene()
-    return simulate(scene, duration, _start(wanted, scene), time_limit=PATIENCE[1])
+    equilibrium, modes, _ = wanted.steady(scene)
+    start, _ = wanted.start(scene, equilibrium, modes)
+    return simulate(scene, duration, start, time_limit=PATIENCE[1])
 
 
 def _duration(wanted: Wanted, scene: Scene) -> float:

@@ -52,7 +52,6 @@ def curves(wanted: Wanted) -> dict[str, Any]:
             for points, look in pieces(curve, found.spans, found.points)
         ],
         "points": [_point(point, (x, y)) for point in found.points],
-        "seconds": time.perf_counter() - begun,
     }
 
 

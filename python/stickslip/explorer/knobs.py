@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stickslip.scene.contact import LAW
@@ -82,14 +82,6 @@ def ordinates(family: Family, known: Mapping[str, Knob]) -> list[str]:
     # By the stiffness rather than by the mass, where both are known.
     damping = sorted((name for name in known if name.startswith("damping")), key="damping_mass".__eq__)
     return [*damping, *(name for name, knob in known.items() if knob.entry not in LAW)]
-
-
-def told(
-    values: Mapping[str, float | None], moved: Iterable[str], sets: Mapping[str, list[str]]
-) -> dict[str, float]:
-    """Return the values that stay as they are where the parameters `moved` go over a range."""
-    gone = {single for name in moved for single in (name, *sets.get(name, ()))}
-    return {name: value for name, value in values.items() if value is not None and name not in gone}
 
 
 def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:

@@ -26,7 +26,6 @@ def loci(wanted: Wanted) -> dict[str, Any]:
 
     `NaN` stands where there is no steady sliding.
     """
-    begun = time.perf_counter()
     name, low, high = wanted.axis("x")
     count = wanted.whole("count", VALUES)
     model = wanted.explored.family.given
@@ -61,7 +60,6 @@ def loci(wanted: Wanted) -> dict[str, Any]:
             for point in points
             if point.kind == "hopf" and point.steady_sliding
         ],
-        "seconds": time.perf_counter() - begun,
     }
 
 
@@ -69,11 +67,9 @@ def verdicts(wanted: Wanted) -> dict[str, Any]:
     """Return the largest growth rate over two parameters, in rows of one value of ``y`` each.
 
     ``unstable`` says where a mode grows by more than rounding. `NaN` stands where there is no steady sliding.
-    ``seconds``, how long it took, tells what a finer map will take.
     """
     (x, left, right), (y, low, high) = wanted.axis("x"), wanted.axis("y")
     columns, rows = wanted.whole("columns", CELLS), wanted.whole("rows", CELLS)
-    begun = time.perf_counter()
     first, second = np.meshgrid(np.linspace(left, right, columns), np.linspace(low, high, rows))
     fixed = wanted.fixed(x, y)
     growth, unstable = np.empty((rows, columns)), np.empty((rows, columns), dtype=bool)
@@ -93,4 +89,4 @@ def verdicts(wanted: Wanted) -> dict[str, Any]:
     except InputError as error:
         return {"error": f"No map: {error}."}
     sent = {"growth": packed(growth), "unstable": packed(unstable)}
-    return {"error": None, **sent, "seconds": time.perf_counter() - begun}
+    return {"error": None, **sent}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import base64
-import time
+import json
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -44,7 +45,6 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
 
     Motion, and search for what it settles to, end after `max_events` events each; None: no such limit.
     """
-    begun = time.perf_counter()
     patience = wanted.number("patience", PATIENCE)
     dof = wanted.dof()
     try:
@@ -83,7 +83,6 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
         "energy": _energy(last.balance(since), scene),
         "state": _state(last),
         "sentence": " ".join(part for part in (stability, ending, remark) if part),
-        "seconds": time.perf_counter() - begun,
     }
     return found
 
@@ -208,6 +207,19 @@ def packed(values: Any) -> str:
     return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
 
 
+def json_text(answer: Any) -> str:
+    """Return an answer as JSON, with null for what that has no number for."""
+
+    def finite(part: Any) -> Any:
+        if isinstance(part, float):
+            return part if math.isfinite(part) else None
+        if isinstance(part, dict):
+            return {name: finite(value) for name, value in part.items()}
+        return [finite(value) for value in part] if isinstance(part, list | tuple) else part
+
+    return json.dumps(finite(answer), allow_nan=False)
+
+
 def _cycle(cycle: Cycle) -> dict[str, Any]:
     return {
         "period": cycle.period,
@@ -255,13 +267,9 @@ def _energy(balance: Balance, scene: Scene) -> list[dict[str, Any]]:
     ]
     others = {"external": balance.external, "circulatory": balance.circulatory, "damping": -balance.damping}
     others |= {"stored": -balance.stored}
-    return [
-        *rows,
-        *(
-            {"name": name, "parts": {"other": 1e3 * work}, "heat": 0.0}
-            for name, work in others.items()
-            if name != "circulatory" or work
-        ),
+    shown = {name: work for name, work in others.items() if name != "circulatory" or work}
+    return rows + [
+        {"name": name, "parts": {"other": 1e3 * work}, "heat": 0.0} for name, work in shown.items()
     ]
 
 

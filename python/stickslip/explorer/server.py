@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import select
 import socket
 import sys
@@ -19,7 +18,7 @@ from typing import Any
 from stickslip.explorer.copies import drawn, heard, texts
 from stickslip.explorer.curves import curves
 from stickslip.explorer.maps import loci, verdicts
-from stickslip.explorer.picture import picture
+from stickslip.explorer.picture import json_text, picture
 from stickslip.explorer.wanted import Explored, MalformedError, Wanted
 from stickslip.faults import StickslipError
 
@@ -44,7 +43,8 @@ POLICY = (
     "img-src 'self' data: blob:; frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
 )
 
-#: What a page may ask for: a JSON object, or the bytes of a file and their type.
+#: What a page may ask for: the bytes of a file and their type, or a JSON object, to which the server adds the
+#: `seconds` that it took: they tell what a finer map will take.
 ANSWERS: dict[str, Callable[[Wanted], Any]] = {
     "/motion": picture,
     "/loci": loci,
@@ -128,9 +128,11 @@ class Handler(BaseHTTPRequestHandler):
         try:
             message = _parsed(body)
             with self.server.computing:
+                begun = time.perf_counter()
                 answer = what(Wanted(self.server.explored, message, self._pause))
         except StickslipError as error:
-            answer = {"error": str(error)}
+            self._answer({"error": str(error)})
+            return
         except MalformedError as error:
             self._answer({"error": f"malformed message: {error}"}, HTTPStatus.BAD_REQUEST)
             return
@@ -145,7 +147,8 @@ class Handler(BaseHTTPRequestHandler):
         if isinstance(answer, tuple):
             self._send(HTTPStatus.OK, *answer)
         else:
-            self._answer(answer)
+            took = {} if answer.get("error") else {"seconds": time.perf_counter() - begun}
+            self._answer(answer | took)
 
     def _pause(self) -> None:
         """Let messages that wait be computed first, unless the page has given this one up."""
@@ -170,7 +173,7 @@ class Handler(BaseHTTPRequestHandler):
         self._answer({"error": status.phrase}, status)
 
     def _answer(self, answer: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
-        self._send(status, "application/json", json.dumps(_finite(answer), allow_nan=False).encode())
+        self._send(status, "application/json", json_text(answer).encode())
 
     def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
         self.send_response(status)
@@ -197,12 +200,3 @@ def _parsed(body: bytes) -> Any:
 
 def _refused(constant: str) -> float:
     raise MalformedError(f"{constant} is no number")
-
-
-def _finite(answer: Any) -> Any:
-    """Return an answer with null for what JSON has no number for."""
-    if isinstance(answer, float):
-        return answer if math.isfinite(answer) else None
-    if isinstance(answer, dict):
-        return {name: _finite(value) for name, value in answer.items()}
-    return [_finite(value) for value in answer] if isinstance(answer, list | tuple) else answer

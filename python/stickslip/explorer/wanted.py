@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from stickslip.cycles.attractors import at_rest, is_valid, set_in_motion
-from stickslip.explorer.knobs import Knob, joint, knobs, ordinates, told
+from stickslip.explorer.knobs import Knob, joint, knobs, ordinates
 from stickslip.faults import InputError
 from stickslip.files.case import Case
 from stickslip.modes.complex_modes import complex_modes
@@ -47,10 +47,11 @@ class Explored:
     known: Known
     #: What the page calls it.
     title: str
-    family: Family = field(init=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "family", Family(self.case.model))
+    @cached_property
+    def family(self) -> Family:
+        """The scenes that it gives."""
+        return Family(self.case.model)
 
     @property
     def scene(self) -> Scene:
@@ -115,9 +116,7 @@ class Explored:
 class Wanted:
     """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be."""
 
-    #: The model.
     explored: Explored
-    #: What the page sent.
     message: Mapping[str, Any]
     #: Lets other messages be computed first; raises `ConnectionError` where the page waits no longer.
     pause: Callable[[], None] = lambda: None
@@ -167,7 +166,8 @@ class Wanted:
 
     def fixed(self, *moved: str) -> dict[str, float]:
         """Return the values that stay while some parameters move."""
-        return told(self.changed, moved, self.explored.joint)
+        gone = {single for name in moved for single in (name, *self.explored.joint.get(name, ()))}
+        return {name: value for name, value in self.changed.items() if name not in gone}
 
     def whole(self, name: str, bounds: tuple[int, int]) -> int:
         """Return a whole number within bounds."""

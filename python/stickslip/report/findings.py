@@ -70,7 +70,6 @@ class Findings:
     #: What the report is about.
     scene: Scene
     title: str
-    #: Steady sliding.
     equilibrium: State | None
     #: Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
     #: their sliders drive them (in positive sliding where a slider rests).
@@ -138,7 +137,8 @@ def findings(
     reasons: dict[str, str] = {}
     told("computing the modes of steady sliding")
     equilibrium = _equilibrium(scene, reasons)
-    modes = complex_modes(scene, _sliding(scene) if equilibrium is None else equilibrium.combination)
+    driven = "".join(map(driven_letter, scene.contacts))
+    modes = complex_modes(scene, driven if equilibrium is None else equilibrium.combination)
     told("computing the eigenvalues over a parameter")
     family, over, boundary = scene if model is None else model, parameters, None
     if over is not None and len(over) == 2:
@@ -208,10 +208,6 @@ def _most_events(scene: Scene) -> int:
     return max(EVENTS // scene.size, FEWEST)
 
 
-def _sliding(scene: Scene) -> str:
-    return "".join(map(driven_letter, scene.contacts))
-
-
 def _loci(
     scene: Scene,
     modes: Modes,
@@ -219,8 +215,31 @@ def _loci(
     parameters: Mapping[str, Any] | None,
     reasons: dict[str, str],
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
+    """Return the parameter of the loci, branches and critical points over it."""
+    refused: Any = (InputError, RunError)
     if parameters:
-        return _loci_over(modes, model, parameters, reasons)
+        if len(parameters) != 1:
+            raise InputError(f"parameters: expected one or two, got {list(parameters)}")
+        ((name, values),) = parameters.items()
+        # What is wrong with a parameter that was asked for is no remark of the page.
+        refused = RunError
+    elif (found := _own_parameter(scene, modes, reasons)) is None:
+        return "", None, []
+    else:
+        model, name, values = found
+    ends = float(np.min(values)), float(np.max(values))
+    try:
+        branches = sweep(model, {name: values}, combination=modes.combination, progress=False)
+        if ends[0] == ends[1]:
+            return name, branches, []
+        return name, branches, list(critical_points(model, {name: ends}, combination=modes.combination))
+    except refused as error:
+        reasons["loci"] = f"no loci: {error}"
+        return "", None, []
+
+
+def _own_parameter(scene: Scene, modes: Modes, reasons: dict[str, str]) -> tuple[Model, str, Real] | None:
+    """Return what eigenvalues are followed over where nothing is asked for; None: over nothing."""
     frictions = {contact.coefficient() for contact in scene.contacts}
     speeds = {contact.slider_speed for contact in scene.contacts if contact.tangential is not None}
     if scene.core.has_friction_laws and (len(speeds) > 1 or speeds == {0.0}):
@@ -235,41 +254,18 @@ def _loci(
     elif len(modes) > LARGE:
         reasons["loci"] = f"no loci: {len(modes)} modes; see stickslip.sweep"
     if "loci" in reasons:
-        return "", None, []
+        return None
     if scene.core.has_friction_laws:
-        try:
-            return _loci_over(modes, scene, {"slider_speed": _speeds(scene, speeds.pop())}, reasons)
-        except InputError as error:
-            reasons["loci"] = f"no loci: {error}"
-            return "", None, []
+        return scene, "slider_speed", _speeds(scene, speeds.pop())
     # Steady sliding does not depend on static friction, which may not be less than friction.
     sliding = scene.replace(static_friction=None)
-    combination = modes.combination
     if len(frictions) == 1:
-        top = max(2.0 * frictions.pop(), 1.0)
-        values, span = np.linspace(0.0, top, VALUES), (0.0, top)
-        try:
-            branches = sweep(sliding, {"friction": values}, combination=combination, progress=False)
-            return (
-                "friction",
-                branches,
-                list(critical_points(sliding, {"friction": span}, combination=combination)),
-            )
-        except (InputError, RunError) as error:
-            reasons["loci"] = f"no loci: {error}"
-            return "", None, []
+        return sliding, "friction", np.linspace(0.0, max(2.0 * frictions.pop(), 1.0), VALUES)
 
     def scaled(friction_factor: float) -> Scene:
         return sliding.replace(friction=[friction_factor * c.coefficient() for c in scene.contacts])
 
-    values = np.linspace(0.0, 2.0, VALUES)
-    try:
-        branches = sweep(scaled, {"friction_factor": values}, combination=combination, progress=False)
-        points = critical_points(scaled, {"friction_factor": (0.0, 2.0)}, combination=combination)
-    except (InputError, RunError) as error:
-        reasons["loci"] = f"no loci: {error}"
-        return "", None, []
-    return "friction_factor", branches, list(points)
+    return scaled, "friction_factor", np.linspace(0.0, 2.0, VALUES)
 
 
 def _speeds(scene: Scene, speed: float) -> Real:
@@ -280,24 +276,6 @@ def _speeds(scene: Scene, speed: float) -> Real:
     low = knots[knots <= abs(speed)].max(initial=low)
     high = knots[knots > abs(speed)].min(initial=high)
     return np.copysign(np.linspace(low, high, VALUES), speed)
-
-
-def _loci_over(
-    modes: Modes, model: Model, parameters: Mapping[str, Any], reasons: dict[str, str]
-) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
-    if len(parameters) != 1:
-        raise InputError(f"parameters: expected one or two, got {list(parameters)}")
-    ((name, values),) = parameters.items()
-    span: Any = (float(np.min(values)), float(np.max(values)))
-    try:
-        branches = sweep(model, {name: values}, combination=modes.combination, progress=False)
-        points = (
-            critical_points(model, {name: span}, combination=modes.combination) if span[0] < span[1] else []
-        )
-    except RunError as error:
-        reasons["loci"] = f"no loci: {error}"
-        return "", None, []
-    return name, branches, list(points)
 
 
 def _boundary(

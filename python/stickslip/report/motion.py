@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-import xarray as xr
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
@@ -190,11 +189,10 @@ def spectrum_section(found: Findings) -> Markup:
         [float(frequency[k]), *(per_metre * float(amplitude[k, d]) for d in found.moving)]
         for k in sorted(order)
     ]
-    text = (
-        "Lines of the limit cycle, integrated in closed form phase by phase: no window, no leakage."
-        if exact
-        else f"Discrete Fourier transform of the last {number(_stretch(found.lines), 4)} s, Hann window."
-    )
+    text = "Lines of the limit cycle, integrated in closed form phase by phase: no window, no leakage."
+    if not exact:
+        length = number(float(found.lines.attrs["end"] - found.lines.attrs["begin"]), 4)
+        text = f"Discrete Fourier transform of the last {length} s, Hann window."
     return section(
         "spectrum",
         "Spectrum",
@@ -299,11 +297,6 @@ def energy_section(found: Findings) -> Markup:
 def _samples(found: Findings) -> int:
     """Return at how many instants motion is drawn."""
     return min(SAMPLES, max(COARSE, DISPLACEMENTS // found.scene.size))
-
-
-def _stretch(lines: xr.Dataset) -> float:
-    """Return the length of what a spectrum is of, s."""
-    return float(lines.attrs["end"] - lines.attrs["begin"])
 
 
 def _panels(count: int, height: float) -> Figure:

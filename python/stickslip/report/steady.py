@@ -179,19 +179,15 @@ def modes_section(found: Findings) -> Markup:
             "The power of a contact over the energy of the mode is the rate at which this contact "
             "alone would make that energy grow."
         )
-    rows = []
-    for k in range(len(modes)):
-        rows.append(
-            [
-                str(k),
-                float(modes.frequencies[k]),
-                float(modes.eigenvalues[k].real),
-                float(modes.damping_ratios[k]),
-                float(modes.condition[k]),
-                *(float(share) for share in shares[:, k]),
-                _verdict(modes, k),
-            ]
-        )
+    rows = [
+        [
+            str(k),
+            *map(float, (mode.frequency, mode.eigenvalue.real, mode.damping_ratio, modes.condition[k])),
+            *map(float, shares[:, k]),
+            _verdict(modes, k),
+        ]
+        for k, mode in enumerate(modes)
+    ]
     listed = table(
         f"Complex modes of status {modes.combination or '(no contact)'}",
         [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from functools import partial
@@ -13,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from stickslip.explorer.maps import loci
-from stickslip.explorer.picture import picture
+from stickslip.explorer.picture import json_text, picture
 from stickslip.explorer.wanted import Explored, Wanted
 from stickslip.faults import InputError
 from stickslip.files.case import Case
@@ -41,7 +40,8 @@ def touch_section(found: Findings, model: Model, told: Callable[[str], None] = l
     if reason:
         return section("move", HEADING, note(reason))
     told("computing motions to move through")
-    cases = [Case(one, _start(found), _run(found)) for one in (found.scene, model)]
+    run = {} if found.run is None else {"duration": found.run.duration}
+    cases = [Case(one, _start(found), run) for one in (found.scene, model)]
     several = [Explored(case, found.known, found.title) for case in cases]
     explored = next((one for one in several if found.parameter in {**one.knobs, **one.joint}), None)
     if explored is None:
@@ -55,7 +55,7 @@ def touch_section(found: Findings, model: Model, told: Callable[[str], None] = l
     scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "panels.js")]
     scripts.append(files("stickslip.report").joinpath("touch.js").read_text(encoding="utf-8"))
     # In a script element "</script" ends it, and "<!--<script>" keeps it from ending.
-    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    text = json_text(data).replace("<", "\\u003c")
     return section(
         "move",
         HEADING,
@@ -79,10 +79,6 @@ def _refused(found: Findings) -> str:
     if found.scene.size > LARGE:
         return f"Left out for more than {LARGE} dofs; stickslip explore computes on release."
     return ""
-
-
-def _run(found: Findings) -> dict[str, Any]:
-    return {} if found.run is None else {"duration": found.run.duration}
 
 
 def _start(found: Findings) -> dict[str, Any]:
@@ -116,24 +112,19 @@ def _data(found: Findings, explored: Explored) -> dict[str, Any]:
             pictures[k] = {"sentence": sentence}
             continue
         pictures[k] = picture(wanted(grid[k]), max(EVENTS // found.scene.size, FEWEST))
-        pictures[k].pop("seconds", None)
         if k != first:
             pictures[k] = {key: value for key, value in pictures[k].items() if key not in LEFT_OUT}
     branches = loci(Wanted(explored, {"values": {}, "x": [name, low, high], "count": LOCI, "critical": True}))
-    branches.pop("seconds", None)
     unit = found.loci[name].attrs.get("units", "1")
-    data: dict[str, Any] = _finite(
-        {
-            "scene": explored.told,
-            "loci": {**branches, "count": LOCI},
-            "values": grid,
-            "unit": "" if unit == "1" else unit,
-            "first": first,
-            "dof": dof,
-            "pictures": pictures,
-        }
-    )
-    return data
+    return {
+        "scene": explored.told,
+        "loci": {**branches, "count": LOCI},
+        "values": grid,
+        "unit": "" if unit == "1" else unit,
+        "first": first,
+        "dof": dof,
+        "pictures": pictures,
+    }
 
 
 def _wanted(explored: Explored, singles: list[str], dof: int, value: float) -> Wanted:
@@ -144,12 +135,3 @@ def _wanted(explored: Explored, singles: list[str], dof: int, value: float) -> W
         "start": {"kind": "file"},
     }
     return Wanted(explored, message)
-
-
-def _finite(data: Any) -> Any:
-    """Return data with null for what JSON has no number for."""
-    if isinstance(data, float):
-        return data if np.isfinite(data) else None
-    if isinstance(data, dict):
-        return {name: _finite(value) for name, value in data.items()}
-    return [_finite(value) for value in data] if isinstance(data, list | tuple) else data

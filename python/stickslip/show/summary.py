@@ -13,7 +13,6 @@ from stickslip.show import html
 class Table:
     """Rows under headings."""
 
-    #: What the table shows.
     caption: str
     #: One per column.
     headings: Sequence[str]
@@ -29,7 +28,6 @@ class Summary:
 
     #: Names and their values.
     facts: Sequence[tuple[str, str]] = ()
-    #: The tables.
     tables: Sequence[Table] = field(default_factory=tuple)
 
     def __str__(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Sized
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import repeat, zip_longest
 from typing import Any, Literal
 
@@ -114,12 +115,18 @@ def _outcomes(
 ) -> Iterator[Outcome]:
     pending: deque[Pending] = deque()
     window = WINDOW * batch.threads
-    added = _Added(position, velocity)
+
+    # Scenes of the same dofs follow each other.
+    @lru_cache(maxsize=1)
+    def added(dofs: tuple[str, ...]) -> list[Real | None]:
+        given = (("position", position), ("velocity", velocity))
+        return [None if change is None else change_vector(name, change, dofs) for name, change in given]
+
     with bar:
         task = bar.add_task("runs", total=total)
         try:
             for index, (scene, start) in enumerate(jobs):
-                vectors = added.over(scene.dofs)
+                vectors = added(scene.dofs)
                 try:
                     batch.submit(scene.core, _core_start(scene, start), *vectors)
                 except StickslipError as error:
@@ -153,24 +160,6 @@ def _collected(batch: _core.Batch, pending: deque[Pending]) -> Outcome:
     run = Trajectory(scene, State(position, velocity, combination, scene.dofs, held), core)
     stopped = run.stop_reason in ("failed", "chattering")
     return Outcome(index, scene, run, RunError(core.stop_message, run) if stopped else None)
-
-
-class _Added:
-    """Changes of the starts over the dofs of a scene, resolved once for scenes of the same dofs."""
-
-    def __init__(self, position: Change | None, velocity: Change | None) -> None:
-        self.changes = {"position": position, "velocity": velocity}
-        self.dofs: tuple[str, ...] | None = None
-        self.vectors: list[Real | None] = []
-
-    def over(self, dofs: tuple[str, ...]) -> list[Real | None]:
-        if dofs != self.dofs:
-            self.vectors = [
-                None if change is None else change_vector(name, change, dofs)
-                for name, change in self.changes.items()
-            ]
-            self.dofs = dofs
-        return self.vectors
 
 
 def _jobs(
