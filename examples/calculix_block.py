@@ -20,8 +20,8 @@ files = examples.parent / "tests" / "fe" / "calculix" / "pad"
 # %% [markdown]
 # ## The body and its contacts
 #
-# The lower face is three facets, each given by its nodes. The belt presses 1 um into the face. A lumped mass
-# keeps impacts with their own node.
+# The lower face is three facets, each given by its nodes. The belt presses 1 um into the face, and friction
+# acts along its motion. A lumped mass keeps impacts with their own node.
 
 # %%
 matrices = [files.with_suffix(suffix) for suffix in (".sti", ".mas", ".dof")]
@@ -32,7 +32,9 @@ block = ss.fe.read(
     surfaces={"face": [(1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 8, 4)]},
     damping=ss.Rayleigh(stiffness=2e-8),
 ).lumped()
-pairs = ss.fe.contact_pairs(block.surface("face"), None, velocity=(1, 0, 0), friction=0.1, gap=-1e-6)
+pairs = ss.fe.contact_pairs(
+    block.surface("face"), None, velocity=(1, 0, 0), friction=0.1, gap=-1e-6, plane=False
+)
 scene = ss.fe.assemble(block, pairs)
 steady = ss.steady_sliding(scene)
 print(block)

@@ -19,7 +19,7 @@ import stickslip as ss
 #
 # Both bodies are hexahedra of a ring. The disc turns at 5 rad/s, and a pressure of 1 MPa presses the lining
 # on it. The back of the lining is guided: it moves along the axis of the disc only. Friction acts along the
-# rotation (`plane=False`); with friction in the plane of the surface this disc is stable at a friction of 0.3.
+# rotation (`plane=False`); with friction in the plane of the surface this disc is stable at friction 0.3.
 
 # %%
 turning = ss.fe.Rotation(5.0)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+import stickslip as ss
 from stickslip.cli.exits import NEGATIVE, Verbs
-from stickslip.cli.options import Number, console, dpi_option, save_figure
-from stickslip.show.progress import tracked
+from stickslip.cli.options import Number, console
+from stickslip.show.progress import progress_bar
 from stickslip.show.replaced_file import replace_file
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
 MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
 #: Colours of the verdicts.
 STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
+
+
+dpi_option = click.option(
+    "--dpi", type=Number(50, 2400), default=300, show_default=True, help="Points per inch of a .png."
+)
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
@@ -183,10 +189,11 @@ def figures(numbers: tuple[int, ...], out: Path, suffix: str, dpi: int) -> None:
     from paper.figures import FIGURES
 
     out.mkdir(parents=True, exist_ok=True)
-    for number in tracked(numbers or tuple(FIGURES), "figures"):
-        path = out / f"figure-{number:02}.{suffix}"
-        save_figure(FIGURES[number](), path, dpi)
-        click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)
+    with progress_bar(None) as bar:
+        for number in bar.track(numbers or tuple(FIGURES), description="figures"):
+            path = out / f"figure-{number:02}.{suffix}"
+            ss.save(FIGURES[number](), path, dpi=dpi)
+            click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)
 
 
 if __name__ == "__main__":

@@ -101,7 +101,7 @@ def test_steady_sliding_and_its_modes_are_those_of_the_closed_form():
 
 @pytest.mark.parametrize(("seed", "other"), [(5, 1.1), (25, 1.1), (35, 1.1), (55, 1.1), (25, 1.6), (35, 0.8)])
 def test_multipliers_are_the_derivative_of_the_stroboscopic_map(seed, other):
-    """Impacts with friction, series of bounces, stops, onsets and lift-off; also with two masses in the plane."""
+    """Impacts with friction, series of bounces, stops, onsets and lift-off; also with unlike masses."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3, 3))
     stiffness = np.diag(rng.uniform(1, 3, 3)) + 0.2 * root @ root.T
@@ -194,3 +194,16 @@ def test_a_number_is_stated_once():
     ):
         with pytest.raises(ss.InputError, match="friction in a plane is not computed beside"):
             ss.Scene(np.ones(3), np.eye(3), dofs=("x", "y", "z"), contacts=[one, other])
+
+
+def test_without_friction_a_contact_in_a_plane_slips_and_lifts_as_a_stop():
+    scene = pressed(friction=0.0, restitution=0.3)
+    stop = scene.replace(contacts=[ss.Contact(normal="z", restitution=0.3)])
+    start = ([0.1, 0.0, 0.02], [0.0, 0.3, 0.0])
+    first = ss.simulate(scene, 2.0, ss.State(*start, "dd"))
+    second = ss.simulate(stop, 2.0, ss.State(*start, "d"))
+    assert len(first.events) > 5
+    assert list(first.events.kind) == list(second.events.kind)
+    np.testing.assert_allclose(first.events.time, second.events.time, rtol=1e-15)
+    assert ss.critical_points(scene, {"friction": (0.0, 0.5)}) is not None
+    assert [letters for letters, _ in ss.status_table(scene).rows()] == ["oo", "dd"]

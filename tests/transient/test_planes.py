@@ -292,7 +292,7 @@ def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
     ("changes", "said"),
     [
         ({"normal": "z", "normal_force": None, "normal_stiffness": 1e3}, "normal_stiffness"),
-        ({"friction": 0.0}, "> 0 in a plane"),
+        ({"friction": 0.0, "static_friction": 0.1}, "> 0 in a plane beside static friction"),
         ({"slider_speed": 0.1}, "expected a pair"),
         ({"tangential_stiffness": 1e3}, "a tangential_stiffness"),
         ({"friction": ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)}, "depends on slip speed"),

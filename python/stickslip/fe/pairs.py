@@ -196,9 +196,10 @@ def contact_pairs(
         if not normal or not tangential:
             which = "tangential" if normal else "normal"
             raise InputError(f"first: all dofs of the pair of node {node} are held in its {which} direction")
+        directions: Any = (tangential, beside) if beside else tangential
         contacts.append(
             Contact(
-                tangential=(tangential, beside) if beside else tangential,
+                tangential=directions,
                 normal=normal,
                 friction=friction,
                 static_friction=static_friction,

@@ -15,7 +15,6 @@ from stickslip.modes.sparse.region import Region
 from stickslip.modes.sparse.search import MARGIN, Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.scene.checks import Complex, Index, real_array, whole_number
-from stickslip.scene.contact import EntriesLike
 from stickslip.scene.scene import Scene, checked_combination
 
 #: Free coordinates up to which all modes are computed and a part of them chosen: that takes less time than a

@@ -19,6 +19,8 @@ class RunError(Unfinished, StickslipError, RuntimeError):
         The motion computed so far (of a `simulate` it is a `Trajectory`), or None where nothing was computed.
     """
 
+    partial: Motion | None
+
 
 class NotPeriodicError(RunError):
     """A motion without a limit cycle.

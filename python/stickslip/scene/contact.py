@@ -266,7 +266,7 @@ def letters_of(contact: Contact) -> str:
     if contact.tangential is None:
         return "+d"
     if contact.beside is not None:
-        return "os" if contact.normal_force is not None else "osd"
+        return "o" + "s" * (contact.holding > 0.0) + "d" * (contact.normal_force is None)
     return "+-" + ("s" if contact.holding > 0.0 else "") + ("" if contact.normal is None else "d")
 
 

@@ -109,15 +109,16 @@ def moves_on(values: Complex) -> NDArray[np.bool_]:
 
     Friction across the sliding makes many of them, of which each contact has one or two.
     """
-    return (values.imag != 0.0) | (values.real > 0.0)
+    kept: NDArray[np.bool_] = (values.imag != 0.0) | (values.real > 0.0)
+    return kept
 
 
 def compared(full: Complex, offered: Complex, band: Real, tolerance: float) -> Agreement:
     """Return how eigenvalues of a reduced scene agree with those of a band, Hz, of the full one.
 
-    Both are of the upper half plane; those of the reduced scene count that oscillate or grow. Pairs are those with the least sum of relative distances. An eigenvalue
-    that is nearer to an end of the band than the accuracy of frequencies can belong to a mode outside the
-    band, and is not called spurious.
+    Both are of the upper half plane; those of the reduced scene count that oscillate or grow. Pairs are those
+    with the least sum of relative distances. An eigenvalue that is nearer to an end of the band than the
+    accuracy of frequencies can belong to a mode outside the band, and is not called spurious.
     """
     offered = offered[moves_on(offered)]
     sizes = np.abs(full)

@@ -209,7 +209,8 @@ fn settle_in_plane(
     }
     let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
     let exceeds = required[0].hypot(required[1]) > law.static_friction * normal_force;
-    match law.slips_in(plane, u) || trigger == Some(EventKind::Slip) || exceeds {
+    let slips = law.slips_in(plane, u) || law.static_friction == 0.0;
+    match slips || trigger == Some(EventKind::Slip) || exceeds {
         true => (Status::Slipping, Departure::None),
         false => (Status::Sticking, Departure::None),
     }

@@ -150,7 +150,11 @@ pub(crate) fn contact_powers<'a>(
             wear: match law.plane {
                 None => normal * (u[law.tangential] - law.slider_speed).abs(),
                 // N |w| by its parts along both directions.
-                Some(_) => -friction * (u[law.tangential] - law.slider_speed) / law.friction,
+                Some(plane) => {
+                    let slip = u[law.tangential] - law.slider_speed;
+                    let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
+                    if speed == 0.0 { 0.0 } else { normal * slip * slip / speed }
+                }
             },
         },
     )

@@ -169,6 +169,11 @@ impl Contact {
         self.directions == Directions::Tangential && self.plane.is_some_and(|plane| plane.opens)
     }
 
+    /// Whether it has friction in a plane, of which slip decides the direction.
+    pub(crate) fn turns(&self) -> bool {
+        self.friction > 0.0 && self.plane.is_some_and(|plane| plane.along.is_none())
+    }
+
     /// The gap at positions q, m.
     pub(crate) fn gap_at(&self, q: &[f64]) -> f64 {
         q[self.normal] + self.gap
@@ -429,9 +434,10 @@ pub(crate) fn check_planes(contacts: &[ContactInput]) -> Result<(), Error> {
         if numbers(law) != numbers(other) {
             return refused("another coefficient or normal force along its other direction");
         }
-        if law.friction == 0.0 {
+        if law.friction == 0.0 && law.static_friction > 0.0 {
             let argument = format!("contact {contact}: friction");
-            return Err(Error::Range { argument, requirement: "> 0 in a plane", value: 0.0 });
+            let requirement = "> 0 in a plane beside static friction";
+            return Err(Error::Range { argument, requirement, value: 0.0 });
         }
     }
     Ok(())

@@ -40,7 +40,7 @@ impl Block {
 
 /// The blocks of a scene; none if all of it is coupled, or if it has elements or bristles.
 pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
-    if scene.has_elements() || scene.has_states() || scene.has_planes() {
+    if scene.has_elements() || scene.has_states() || scene.planes().next().is_some() {
         return Vec::new();
     }
     let mut partner: Vec<Vec<usize>> = vec![Vec::new(); scene.size];

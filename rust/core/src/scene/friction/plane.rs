@@ -15,7 +15,7 @@
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{ContactInput, Plane};
+use crate::scene::contact_law::{Contact, ContactInput, Plane};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -86,7 +86,7 @@ impl Scene {
 
     /// Whether friction acts in a plane, in no given direction.
     pub fn has_planes(&self) -> bool {
-        self.contacts.iter().any(|law| law.plane.is_some_and(|plane| plane.along.is_none()))
+        self.contacts.iter().any(Contact::turns)
     }
 
     /// A combination with another status of one contact, and of the other direction of its plane.
@@ -107,8 +107,7 @@ impl Scene {
         combination: &'a Combination,
     ) -> impl Iterator<Item = [usize; 2]> + 'a {
         let slips = |&[first, _]: &[usize; 2]| {
-            let free = self.contacts[first].plane.is_some_and(|plane| plane.along.is_none());
-            free && combination.statuses()[first] == Status::Slipping
+            self.contacts[first].turns() && combination.statuses()[first] == Status::Slipping
         };
         self.planes().filter(slips)
     }
