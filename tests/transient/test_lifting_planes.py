@@ -185,15 +185,22 @@ def test_numbers_of_the_normal_direction_belong_to_the_first_direction():
         scene.replace(normal_force_pad_y=1.0)
 
 
-def test_a_number_is_stated_once():
-    both = {"friction": 0.3, "beside": 1}
-    one = ss.Contact(tangential="x", normal="z", **both)
-    for other in (
-        ss.Contact(tangential="y", normal="z", friction=0.3, beside=0),
-        ss.Contact(tangential="y", normal_force=1.0, friction=0.3, beside=0),
-    ):
-        with pytest.raises(ss.InputError, match="friction in a plane is not computed beside"):
-            ss.Scene(np.ones(3), np.eye(3), dofs=("x", "y", "z"), contacts=[one, other])
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        ({"normal": "z"}, {"normal": "z"}, "that both directions or none of them states"),
+        ({"normal": "z"}, {"normal_force": 1.0}, "that both directions or none of them states"),
+        ({}, {}, "that both directions or none of them states"),
+        ({}, {"normal": "z"}, "state it with the first"),
+    ],
+)
+def test_the_normal_force_is_stated_once_with_the_first_direction(first, second, said):
+    both = [
+        ss.Contact(tangential=name, friction=0.3, beside=1 - place, **own)
+        for place, (name, own) in enumerate((("x", first), ("y", second)))
+    ]
+    with pytest.raises(ss.InputError, match=said):
+        ss.Scene(np.ones(3), np.eye(3), dofs=("x", "y", "z"), contacts=both)
 
 
 def test_without_friction_a_contact_in_a_plane_slips_and_lifts_as_a_stop():

@@ -419,6 +419,11 @@ pub(crate) fn check_planes(contacts: &[ContactInput]) -> Result<(), Error> {
                 "a normal direction, or a normal_force, that both directions or none of them states",
             );
         }
+        if law.normal.is_some() && beside < contact {
+            return refused(
+                "a normal direction with the second of its directions; state it with the first",
+            );
+        }
         if law.springs.tangential.is_some() || law.springs.normal.is_some() {
             return refused(
                 "a tangential_stiffness or normal_stiffness; tie a dof with a small mass to the body by springs",
