@@ -39,6 +39,8 @@ def test_one_mass_across_the_sliding(speed):
 def test_steady_sliding_without_a_normal_force_or_a_speed_has_no_damping_across():
     with pytest.raises(ss.InputError, match="slider_speed"):
         ss.complex_modes(slider(slider_speed=0.0))
+    with pytest.raises(ss.InputError, match="slider_speed is 0, so steady sliding has no direction"):
+        ss.complex_modes(slider(slider_speed=0.0), "oo")
     still = ss.Contact(tangential="w", normal="u", friction=MU, slider_speed=0.1)
     wider = ss.Scene(
         np.full(5, 2.0),

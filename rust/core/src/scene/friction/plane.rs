@@ -140,6 +140,11 @@ impl Scene {
         let mut about = self.clone().with_slip_directions(&still);
         let slipping: Vec<[usize; 2]> = self.slipping_in_planes(combination).collect();
         let Some(&[first, _]) = slipping.first() else { return Ok(about) };
+        if let Some(&[contact, _]) =
+            slipping.iter().find(|of| self.contacts[of[0]].driven().is_none())
+        {
+            return Err(Error::NoSlidingDirection { contact });
+        }
         let opens = |contacts: &[usize; 2]| {
             self.contacts[contacts[0]].plane.is_some_and(|plane| plane.opens)
         };
