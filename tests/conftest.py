@@ -4,6 +4,7 @@ The fast profile draws the same examples every time; the slow one, `make test-sl
 """
 
 import signal
+import sys
 
 import numpy as np
 import pytest
@@ -25,6 +26,14 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("fast")
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays_open():
+    """Close what a test has drawn: with many open figures pyplot warns, and later tests would fail."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
 
 
 @pytest.fixture(scope="session")
