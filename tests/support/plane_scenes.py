@@ -354,6 +354,39 @@ class Reference:
             self.statuses[k] = "o"
 
 
+def end(run: ss.Trajectory) -> np.ndarray:
+    """Return places and velocities at the end of a run."""
+    last = run.sample(run.duration)
+    return np.concatenate([last.position.values.ravel(), last.velocity.values.ravel()])
+
+
+def turned_kinds(draw: Any, seeds: int) -> list[str]:
+    """Compare runs of random scenes with those along turned directions; return the kinds of their events."""
+    kinds: list[str] = []
+    rng = np.random.default_rng(1)
+    for seed in range(seeds):
+        scene, start, duration = draw(np.random.default_rng(seed))
+        first = ss.simulate(scene.scene(), duration, start)
+        second = ss.simulate(scene.scene(rng.uniform(0.0, 2 * np.pi)), duration, start)
+        assert list(first.events.kind) == list(second.events.kind)
+        np.testing.assert_allclose(first.events.time, second.events.time, rtol=1e-13)
+        np.testing.assert_allclose(end(first), end(second), atol=1e-13)
+        kinds += list(first.events.kind)
+    return kinds
+
+
+def check_energy(draw: Any) -> None:
+    """Check of random scenes that energy closes and that friction never gives any."""
+    for seed in range(20):
+        scene, start, duration = draw(np.random.default_rng(seed))
+        run = ss.simulate(scene.scene(), duration, start)
+        balance = run.balance()
+        assert abs(balance.residual) < 1e-12 * max(abs(balance.external), 1.0)
+        sampled = run.energy(np.linspace(0.0, duration, 200))
+        heat = sampled.slider_power.to_numpy() - sampled.contact_power.to_numpy()
+        assert heat.min() > -1e-13
+
+
 def compared(seed: int, draw: Any = random_scene) -> tuple[int, float, float]:
     """Return the number of events of a random scene, and the largest differences of times and of the end."""
     rng = np.random.default_rng(seed)
@@ -366,9 +399,7 @@ def compared(seed: int, draw: Any = random_scene) -> tuple[int, float, float]:
     if found != known:
         raise AssertionError(f"seed {seed}: {found} {run.events.time} is not {reference.events}")
     times = max((abs(a - b[0]) for a, b in zip(run.events.time, reference.events, strict=True)), default=0.0)
-    last = run.sample(duration)
-    end = np.concatenate([last.position.values.ravel(), last.velocity.values.ravel()])
-    return len(found), times, float(np.abs(end - reference.state).max())
+    return len(found), times, float(np.abs(end(run) - reference.state).max())
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from plane_scenes import compared, random_lifting_scene
+from plane_scenes import check_energy, compared, end, random_lifting_scene, turned_kinds
 
 STIFFNESS = np.array([[100.0, 0.0, 20.0], [0.0, 140.0, -15.0], [20.0, -15.0, 400.0]])
 SPEED = np.array([0.3, 0.1])
@@ -23,11 +23,6 @@ def pressed(**changes) -> ss.Scene:
     )
 
 
-def end(run: ss.Trajectory) -> np.ndarray:
-    last = run.sample(run.duration)
-    return np.concatenate([last.position.values.ravel(), last.velocity.values.ravel()])
-
-
 @pytest.mark.parametrize("seed", [3, 15, 18, 20, 39])
 def test_random_scenes_agree_with_a_general_integrator(seed):
     events, times, state = compared(seed, random_lifting_scene)
@@ -37,28 +32,12 @@ def test_random_scenes_agree_with_a_general_integrator(seed):
 
 
 def test_turned_directions_change_nothing():
-    kinds = []
-    rng = np.random.default_rng(1)
-    for seed in range(12):
-        scene, start, duration = random_lifting_scene(np.random.default_rng(seed))
-        first = ss.simulate(scene.scene(), duration, start)
-        second = ss.simulate(scene.scene(rng.uniform(0.0, 2 * np.pi)), duration, start)
-        assert list(first.events.kind) == list(second.events.kind)
-        np.testing.assert_allclose(first.events.time, second.events.time, rtol=1e-13)
-        np.testing.assert_allclose(end(first), end(second), atol=1e-13)
-        kinds += list(first.events.kind)
+    kinds = turned_kinds(random_lifting_scene, 12)
     assert min(kinds.count(kind) for kind in ("impact", "release", "velocity", "slip", "accumulation")) > 0
 
 
 def test_energy_closes_and_friction_never_gives_any():
-    for seed in range(20):
-        scene, start, duration = random_lifting_scene(np.random.default_rng(seed))
-        run = ss.simulate(scene.scene(), duration, start)
-        balance = run.balance()
-        assert abs(balance.residual) < 1e-12 * max(abs(balance.external), 1.0)
-        sampled = run.energy(np.linspace(0.0, duration, 200))
-        heat = sampled.slider_power.to_numpy() - sampled.contact_power.to_numpy()
-        assert heat.min() > -1e-13
+    check_energy(random_lifting_scene)
 
 
 def test_a_constant_normal_force_is_a_given_one():
