@@ -162,8 +162,10 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
             "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
             " are compliant; state it as a matrix to differentiate"
         )
-    varies = (isinstance(one.friction, FrictionLaw) or one.beside is not None for one in scene.contacts)
-    loaded = any(one.normal is not None and slope for one, slope in zip(scene.contacts, varies, strict=True))
+    loaded = any(
+        one.normal is not None and (isinstance(one.friction, FrictionLaw) or one.beside is not None)
+        for one in scene.contacts
+    )
     if scene.elements and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also moves the rest, and with it the slope of springs; differentiate a"
@@ -172,7 +174,7 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
     if loaded and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also changes normal forces, and with them the slope of friction over slip"
-            " speed; differentiate a function that returns the scene"
+            " velocity; differentiate a function that returns the scene"
         )
     per_viscous, per_spring = "1/s/(N s/m)", "1/s/(N/m)"
     factors = {

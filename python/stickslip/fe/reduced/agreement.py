@@ -107,7 +107,7 @@ def shown(value: complex) -> str:
 def moves_on(values: Complex) -> NDArray[np.bool_]:
     """Return which eigenvalues oscillate or grow: the others have no frequency and decay without a trace.
 
-    Friction across the sliding makes many of them, of which each contact has one or two.
+    Friction across the sliding makes one or two of them for each contact.
     """
     kept: NDArray[np.bool_] = (values.imag != 0.0) | (values.real > 0.0)
     return kept

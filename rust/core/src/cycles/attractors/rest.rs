@@ -25,6 +25,7 @@ use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::Modes;
+use crate::scene::contact_law::Contact;
 use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::massless::condensation::Condensed;
@@ -182,9 +183,6 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
             let (at_rest, reach) = at_rest_and_reach(function);
             at_rest.abs() + reach
         };
-        let of_cone = |contact: usize, part: ConePart| {
-            functions.iter().filter(move |one| one.contact == contact && one.cone == Some(part))
-        };
         functions.iter().all(|function| match function.cone {
             None => {
                 let (at_rest, reach) = at_rest_and_reach(function);
@@ -193,9 +191,11 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
             Some(ConePart::Force) => true,
             Some(ConePart::Limit) => {
                 let beside = scene.contacts[function.contact].plane.map(|plane| plane.beside);
-                let both = [Some(function.contact), beside].into_iter().flatten();
-                let forces = both.flat_map(|contact| of_cone(contact, ConePart::Force));
-                let square: f64 = forces.map(|force| largest(force).powi(2)).sum();
+                let own = |one: &&EventFunction| {
+                    one.contact == function.contact || Some(one.contact) == beside
+                };
+                let forces = functions.iter().filter(|one| one.cone == Some(ConePart::Force));
+                let square: f64 = forces.filter(own).map(|force| largest(force).powi(2)).sum();
                 let (at_rest, reach) = at_rest_and_reach(function);
                 square.sqrt() < at_rest - reach
             }
@@ -207,10 +207,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
 /// from steady sliding, as `(w_1 - w_2) . (e_1 - e_2) >= 0`, so that this bounds its velocities for good.
 fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]; 2]) -> bool {
     let statuses = combination.statuses();
-    let opens =
-        |[first, _]: [usize; 2]| moving.contacts[first].plane.is_some_and(|plane| plane.opens);
     if statuses.iter().any(|&status| status != Status::Slipping)
-        || moving.planes().any(opens)
+        || moving.contacts.iter().any(Contact::opens)
         || moving.energy_parts.is_some()
         || moving.has_elements()
     {

@@ -98,7 +98,10 @@ impl Scene {
     ) -> Combination {
         let next = combination.with(contact, status);
         let plane = self.contacts.get(contact).and_then(|law| law.plane);
-        plane.map_or(next.clone(), |plane| next.with(plane.beside, status))
+        match plane {
+            Some(plane) => next.with(plane.beside, status),
+            None => next,
+        }
     }
 
     /// The planes in which contacts of a combination slip, in no given direction.
@@ -145,10 +148,7 @@ impl Scene {
         {
             return Err(Error::NoSlidingDirection { contact });
         }
-        let opens = |contacts: &[usize; 2]| {
-            self.contacts[contacts[0]].plane.is_some_and(|plane| plane.opens)
-        };
-        let pressed = match slipping.iter().any(opens) {
+        let pressed = match slipping.iter().any(|of| self.contacts[of[0]].opens()) {
             false => self.contacts.iter().map(|law| -self.force[law.normal]).collect(),
             true => {
                 let sticks = |&status: &Status| status == Status::Sticking;
