@@ -69,15 +69,15 @@ ss.fe.write_vtu("squeal/mode.pvd", scene, modes, mode=growing)
 # %%
 figure = plt.figure(figsize=(11.0, 11.5), layout="constrained")
 upper, lower = figure.subfigures(2, 1, height_ratios=[1.0, 2.0])
-mosaic, space = [["shape", "force"], ["cycle", "power"]], {"shape": {"projection": "3d"}}
-axes = lower.subplot_mosaic(mosaic, per_subplot_kw=space)
+# Shape, forces, cycle, power.
+axes = lower.subplot_mosaic("sf;cp", per_subplot_kw={"s": {"projection": "3d"}})
 ss.plot(branches, figure=upper)
-scene.plot.mesh(modes["shape"][growing], ax=axes["shape"], title="The mode that grows")
+scene.plot.mesh(modes["shape"][growing], ax=axes["s"], title="The mode that grows")
 times = np.linspace(0.0, run.duration, 20001)
-axes["force"].plot(1e3 * times, run.sample(times).normal_force.sum("contact"), linewidth=0.3)
-axes["force"].set(xlabel="time, ms", ylabel="sum of normal forces, N")
-cycle.plot(contact=int(power.argmax()), ax=axes["cycle"])
-pairs.plot(power, ax=axes["power"], label="power of every contact, W")
+axes["f"].plot(1e3 * times, run.sample(times).normal_force.sum("contact"), linewidth=0.3)
+axes["f"].set(xlabel="time, ms", ylabel="sum of normal forces, N")
+cycle.plot(contact=int(power.argmax()), ax=axes["c"])
+pairs.plot(power, ax=axes["p"], label="power of every contact, W")
 figure.savefig("squealing-disc.png", dpi=110)
 
 # %% [markdown]
