@@ -49,8 +49,10 @@ pub(crate) struct Rows {
     inverse_mass: Vec<f64>,
     /// All bits of the coordinates left free, none of the others.
     free: Vec<Group>,
-    /// q'' per unit of each force beside those of the equation, in whole groups of rows.
-    by_force: Vec<Group>,
+    /// q'' per unit of the forces beside those of the equation, group of rows by group of rows, each with the place of its force.
+    by_force: Vec<(usize, Group)>,
+    /// Where in `by_force` every group of rows ends.
+    ends: Vec<usize>,
 }
 
 /// z and q' of order k, the next order of places, and the rows of this order or, with outputs, of all orders.
@@ -184,11 +186,18 @@ impl Rows {
                 columns.extend(groups.map(|(k, g)| cast::<_, Group>(column(k, g))));
             }
         }
-        let mut by_force = vec![0.0; forces.len() * states * GROUP];
-        for (direction, rows) in forces.iter().zip(by_force.chunks_exact_mut(states * GROUP)) {
-            for &(k, weight) in direction {
-                rows[k] = weight * inverse_mass[k];
+        let (mut by_force, mut ends) = (Vec::new(), Vec::new());
+        for first in (0..states * GROUP).step_by(GROUP) {
+            for (place, direction) in forces.iter().enumerate() {
+                let mut rows = [0.0; GROUP];
+                for &(k, weight) in direction.iter().filter(|term| term.0 / GROUP * GROUP == first) {
+                    rows[k - first] = weight * inverse_mass[k];
+                }
+                if rows != [0.0; GROUP] {
+                    by_force.push((place, cast(rows)));
+                }
             }
+            ends.push(by_force.len());
         }
         let bits = |&inverse: &f64| f64::from_bits(if inverse > 0.0 { u64::MAX } else { 0 });
         Some(Self {
@@ -200,7 +209,8 @@ impl Rows {
             outputs,
             free: in_groups(&inverse_mass.iter().map(bits).collect::<Vec<f64>>()),
             inverse_mass,
-            by_force: in_groups(&by_force),
+            by_force,
+            ends,
         })
     }
 
@@ -378,7 +388,7 @@ impl<F: Forces> Orders<'_, F> {
             of.resize(states, ZEROS);
             &mut of[..states]
         });
-        let (free, by_force) = (&all.free[..states], &all.by_force[..]);
+        let (free, ends) = (&all.free[..states], &all.ends[..states]);
         let beta = all.beta;
         let (mut q, mut terms) = terms[orders.start * n..].split_at_mut(n);
         let rate = (orders.start + 1) as f64 / width;
@@ -406,17 +416,15 @@ impl<F: Forces> Orders<'_, F> {
             let rate = f64::from(k as u32 + 2) / width;
             let (by_beta, rate) = (simd.splat_f64s(beta * rate), simd.splat_f64s(rate));
             let (before, found) = terms.split_at_mut(n);
-            let mut remaining = &mut found[..n];
+            let (mut remaining, mut start) = (&mut found[..n], 0);
             for g in 0..states {
                 let mut sum = simd.mul_f64s(accelerations[g], factor);
-                let (mut at, mut place) = (g, 0);
-                while at < by_force.len() {
-                    // The forces are known last.
-                    let by_force = simd.mul_f64s(by_force[at], factor);
-                    let force = simd.splat_f64s(forces.force(place, k));
-                    sum = simd.mul_add_f64s(by_force, force, sum);
-                    (at, place) = (at + states, place + 1);
+                // The forces are known last.
+                for (place, by_force) in &all.by_force[start..ends[g]] {
+                    let force = simd.splat_f64s(forces.force(*place, k));
+                    sum = simd.mul_add_f64s(simd.mul_f64s(*by_force, factor), force, sum);
                 }
+                start = ends[g];
                 // What is held stays at zero, even if the others are beyond the range of numbers.
                 let sum = simd.and_f64s(free[g], sum);
                 u[g] = simd.mul_f64s(rate, sum);
