@@ -70,8 +70,10 @@ impl Kernel for Bound<'_> {
             convolutions,
             powers,
             least_tube,
+            uncounted,
             ..
         } = motion;
+        let uncounted = *uncounted;
         let shortenings = *shortenings + TO_COME;
         let in_product = product_units(shortenings);
         let in_row = (operator.terms + 8 + PER_ROW * shortenings) as f64;
@@ -138,9 +140,10 @@ impl Kernel for Bound<'_> {
         }
         let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
-        let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
+        let counted = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let pressed = operator.contacts.iter().filter(|one| !one.of_state);
         let mut pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
+        let mut off = counted + uncounted * pressed_by;
         let mut unsharp = 0.0;
         if operator.response.is_some() {
             let [inverse, response] = coupling.norms;
@@ -186,7 +189,8 @@ impl Kernel for Bound<'_> {
             if one.of_state {
                 let by_state = sliding.bounds.by_state;
                 let cut = law.truncation + by_state * sliding.beyond;
-                let round = law.rounding + UNIT * in_row * by_state * size;
+                let off = uncounted * one.normal_norm;
+                let round = law.rounding + by_state * (UNIT * in_row * size + off);
                 let gain = law.slope * one.slip_norm + by_state * one.normal_norm;
                 truncated = together(truncated, by_force * cut);
                 rounded = together(rounded, by_force * round);
@@ -230,7 +234,7 @@ impl Kernel for Bound<'_> {
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
             let sized = series.at_origin[1] + size_of(&one.limit, sizes);
-            let of_limit = [series.beyond, UNIT * in_row * sized];
+            let of_limit = [series.beyond, UNIT * in_row * sized + uncounted * one.limit_norm];
             let [cut, round, apart] = series.error(one, units, taylor.width, of_limit);
             lipschitz = together(lipschitz, one.force_norm * one.limit_norm);
             truncated = together(truncated, taylor.width * one.force_norm * cut);
@@ -245,7 +249,8 @@ impl Kernel for Bound<'_> {
             Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
         };
         let load = widened * taylor.width * taylor.force_norm(&operator.taylor);
-        rounded += UNIT * in_row * (reach * of_orders + load);
+        // What the rows did not count is missing in the next order, and in the event functions.
+        rounded += UNIT * in_row * (reach * of_orders + load) + (1.0 + reach) * uncounted;
         let exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;

@@ -154,6 +154,8 @@ pub(crate) struct LawMotion {
     pub(super) constant: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
+    /// Bound of what orders of the state have that the rows did not count, in the same norm.
+    pub(super) uncounted: f64,
     /// Least radius of the neighbourhood of the polynomials in which the panel is bounded, in the same norm; 0 unless rounding needs one.
     pub(super) least_tube: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).

@@ -25,9 +25,10 @@
 
 use crate::contact::functional::Functional;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
+use crate::motion::friction::series::convolutions::Convolutions;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::numerics::simd::GROUP;
+use crate::numerics::simd::{GROUP, Lanes};
 use crate::scene::friction::decay::product;
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
@@ -102,6 +103,18 @@ pub(super) struct PlaneSeries {
     reaction: [f64; 2],
     /// Where the direction follows: the force that accelerates slip across e_0.
     pull: [f64; COEFFICIENTS],
+    products: [Convolutions; 2],
+}
+
+/// Terms of products of order k that have factors of the orders from 1 to k - 1.
+struct Lower {
+    /// Of t and a, and of t with itself; where the direction follows, of t c and of c with themselves.
+    turned: [f64; 2],
+    /// Of `1 + t^2` and c, times the order of the former, and as they are.
+    root: [f64; 2],
+    /// Of t and c, of `mu N` and c, and of `mu N` and t c.
+    ratio: f64,
+    pressed: [f64; 2],
 }
 
 impl Default for PlaneSeries {
@@ -121,6 +134,7 @@ impl Default for PlaneSeries {
             across: none,
             reaction: [0.0; 2],
             pull: none,
+            products: std::array::from_fn(|_| Convolutions::new()),
         }
     }
 }
@@ -292,12 +306,42 @@ impl PlaneSeries {
     }
 
     /// The friction force of order k, from `mu N` and w of that order and, where slip begins, from the forces R of that order.
-    pub(super) fn extend(
+    #[inline(always)]
+    pub(super) fn extend<S: Lanes>(
+        &mut self,
+        simd: S,
+        one: &PlaneContact,
+        k: usize,
+        of_order: (f64, [[f64; 2]; 2]),
+        width: f64,
+    ) -> [f64; 2] {
+        let products = &mut self.products;
+        if k == 0 {
+            products.iter_mut().for_each(Convolutions::clear);
+        }
+        let [[a, b, c, d], [e, f, g, _]] = products.each_ref().map(|of| of.middle(simd, k));
+        products.iter_mut().for_each(|of| of.close(k));
+        let lower = Lower { turned: [a, b], root: [c, d], ratio: e, pressed: [f, g] };
+        let force = self.extend_from(one, k, of_order, &lower, width);
+        let [ratio, along, across] = [&self.ratio, &self.along, &self.across].map(|of| of[k]);
+        let (turned, square) = match self.course {
+            Course::Follows => ([[across, along]; 2], 0.0),
+            _ => ([[ratio; 2], [self.slip[0][k], ratio]], self.square[k]),
+        };
+        let [of_turned, of_pressed] = &mut self.products;
+        of_turned.push(0, turned);
+        of_turned.push(1, [[k as f64 * square, square], [along; 2]]);
+        of_pressed.push(0, [[ratio, self.limit[k]], [along; 2]]);
+        of_pressed.push(1, [[self.limit[k], 0.0], [across, 0.0]]);
+        force
+    }
+
+    fn extend_from(
         &mut self,
         one: &PlaneContact,
         k: usize,
-        limit: f64,
-        [mut w, reaction]: [[f64; 2]; 2],
+        (limit, [mut w, reaction]): (f64, [[f64; 2]; 2]),
+        lower: &Lower,
         width: f64,
     ) -> [f64; 2] {
         self.limit[k] = if k == 0 { limit + self.at_origin[0] } else { limit };
@@ -316,32 +360,36 @@ impl PlaneSeries {
                     self.direction = w.map(|part| part / length);
                 }
                 self.keep(k, w);
-                self.follow(k);
-                self.force(k)
+                self.follow(k, lower);
+                self.force(k, lower)
             }
             Course::Follows => {
                 self.keep(k, w);
                 let [_, across] = PlaneContact::turned(self.direction, reaction);
-                let [_, pressed] = self.pressed(k);
+                let [_, pressed] = self.pressed(k, lower);
                 self.across[k] = (across - self.pull[k] - pressed) / self.limit[0];
-                self.close(k);
-                self.force(k)
+                self.close(k, lower);
+                self.force(k, lower)
             }
             Course::Begins(power) => {
                 self.keep(k, if k < power { [0.0; 2] } else { w });
-                self.balance(one, k, power, reaction, width);
+                self.balance(one, k, (power, lower), reaction, width);
                 if k == 0 && power == 2 {
                     // Exactly, so that slip does not begin by rounding.
                     return reaction.map(|part| -part);
                 }
-                self.force(k)
+                self.force(k, lower)
             }
         }
     }
 
     /// What orders of `mu N` after the first give along and across e_0.
-    fn pressed(&self, k: usize) -> [f64; 2] {
-        [&self.along, &self.across].map(|of| convolved(&self.limit, of, k, [1, 0]))
+    fn pressed(&self, k: usize, lower: &Lower) -> [f64; 2] {
+        if k == 0 {
+            return [0.0; 2];
+        }
+        let [along, across] = [self.along[0], self.across[0]].map(|of| self.limit[k] * of);
+        [along + lower.pressed[0], across + lower.pressed[1]]
     }
 
     fn keep(&mut self, k: usize, w: [f64; 2]) {
@@ -352,17 +400,16 @@ impl PlaneSeries {
     }
 
     /// c and t of order k from t c: `c^2 + (t c)^2 = 1`.
-    fn close(&mut self, k: usize) {
-        let square = convolved(&self.across, &self.across, k, [0, 0]);
+    fn close(&mut self, k: usize, lower: &Lower) {
+        let first = self.across[0];
         self.along[k] = match k {
-            0 => (1.0 - square).max(0.0).sqrt(),
+            0 => (1.0 - first * first).max(0.0).sqrt(),
             _ => {
-                let lower = convolved(&self.along, &self.along, k, [1, 1]);
-                -0.5 * (square + lower) / self.along[0]
+                let square = 2.0 * first * self.across[k] + lower.turned[0];
+                -0.5 * (square + lower.turned[1]) / self.along[0]
             }
         };
-        self.ratio[k] = 0.0;
-        let known = convolved(&self.ratio, &self.along, k, [0, 1]);
+        let known = if k == 0 { 0.0 } else { self.ratio[0] * self.along[k] + lower.ratio };
         self.ratio[k] = (self.across[k] - known) / self.along[0];
     }
 
@@ -398,26 +445,23 @@ impl PlaneSeries {
     }
 
     /// t, c and t c of order k from w.
-    fn follow(&mut self, k: usize) {
+    fn follow(&mut self, k: usize, lower: &Lower) {
         let [a, b] = &self.slip;
-        self.ratio[k] = match k {
-            0 => 0.0,
-            _ => (b[k] - convolved(&self.ratio, a, k, [0, 1])) / a[0],
-        };
-        self.root(k);
-        self.across[k] = convolved(&self.ratio, &self.along, k, [0, 0]);
+        self.ratio[k] = if k == 0 { 0.0 } else { (b[k] - lower.turned[0]) / a[0] };
+        self.root(k, lower);
+        self.across[k] = lower.ratio + self.ratio[k];
     }
 
     /// `1 + t^2` and c of order k, which t of this order does not change.
-    fn root(&mut self, k: usize) {
+    fn root(&mut self, k: usize, lower: &Lower) {
         if k == 0 {
             (self.square[0], self.along[0]) = (1.0, 1.0);
             return;
         }
-        self.square[k] = convolved(&self.ratio, &self.ratio, k, [1, 1]);
-        let terms =
-            (1..=k).map(|i| (0.5 * i as f64 - k as f64) * self.square[i] * self.along[k - i]);
-        self.along[k] = terms.sum::<f64>() / k as f64;
+        self.square[k] = lower.turned[1];
+        // `k c_k = sum (i / 2 - k) (1 + t^2)_i c_{k-i}`
+        let [by_order, root] = lower.root;
+        self.along[k] = 0.5 * by_order / k as f64 - root - 0.5 * self.square[k];
     }
 
     /// The same from the balance of forces, `(k + 1) / h M w_{k+1} = R_k - mu N e_k` with `w_{k+1} = (a, b)_{k+1-p}`.
@@ -425,7 +469,7 @@ impl PlaneSeries {
         &mut self,
         one: &PlaneContact,
         k: usize,
-        power: usize,
+        (power, lower): (usize, &Lower),
         reaction: [f64; 2],
         width: f64,
     ) {
@@ -434,11 +478,11 @@ impl PlaneSeries {
         let rate = (k + 1) as f64 / width;
         let limit = self.limit[0];
         self.ratio[k] = 0.0;
-        self.root(k);
-        let pressed = self.pressed(k);
+        self.root(k, lower);
+        let pressed = self.pressed(k, lower);
         (along, across) = (along - pressed[0], across - pressed[1]);
         // The known part of t c.
-        let known = convolved(&self.ratio, &self.along, k, [1, 1]);
+        let known = lower.ratio;
         let forward = along - limit * self.along[k];
         let shifted =
             |of: &[f64; COEFFICIENTS], j: usize| of.get(j + power).copied().unwrap_or(0.0);
@@ -448,21 +492,21 @@ impl PlaneSeries {
                 0 => forward / (rate * of_along),
                 _ => self.slip[0][1],
             };
-            let lower: f64 = (1..k).map(|j| self.ratio[j] * shifted(&self.slip[0], k - j)).sum();
+            let turned: f64 = (1..k).map(|j| self.ratio[j] * shifted(&self.slip[0], k - j)).sum();
             let stiff = rate * of_across + limit / first;
-            let right = across - limit * (known - lower / first);
+            let right = across - limit * (known - turned / first);
             let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
             let b = (rate * of_along * right - rate * of_both * forward) / determinant;
-            self.ratio[k] = if k == 0 { 0.0 } else { (b - lower) / first };
+            self.ratio[k] = if k == 0 { 0.0 } else { (b - turned) / first };
         } else if k > 0 {
             // w_{k+1}, of which b is known from t and lower orders of a, and a from the balance along e_0.
             let j = k - 1;
-            let lower: f64 = (1..j).map(|i| self.ratio[i] * shifted(&self.slip[0], j - i)).sum();
+            let turned: f64 = (1..j).map(|i| self.ratio[i] * shifted(&self.slip[0], j - i)).sum();
             let first = match j {
                 0 => forward / (rate * of_along),
                 _ => self.slip[0][2],
             };
-            let b = if j == 0 { 0.0 } else { lower + self.ratio[j] * first };
+            let b = if j == 0 { 0.0 } else { turned + self.ratio[j] * first };
             let a = (forward / rate - of_both * b) / of_along;
             let e = (across - rate * (of_across * b + of_both * a)) / limit;
             self.ratio[k] = e - known;
@@ -470,9 +514,10 @@ impl PlaneSeries {
         self.across[k] = known + self.ratio[k];
     }
 
-    fn force(&self, k: usize) -> [f64; 2] {
-        let along = convolved(&self.limit, &self.along, k, [0, 0]);
-        let across = convolved(&self.limit, &self.across, k, [0, 0]);
+    fn force(&self, k: usize, lower: &Lower) -> [f64; 2] {
+        let [along, across] = self.pressed(k, lower);
+        let along = self.limit[0] * self.along[k] + along;
+        let across = self.limit[0] * self.across[k] + across;
         PlaneContact::turned_back(self.direction, [-along, -across])
     }
 
@@ -645,7 +690,14 @@ pub(super) struct Planes<'a> {
 
 impl Planes<'_> {
     /// Adds the friction of order k to the loads, from which its forces R follow.
-    pub fn push(&mut self, scene: &Scene, taylor: &TaylorMotion, k: usize, load: &mut [f64]) {
+    #[inline(always)]
+    pub fn push<S: Lanes>(
+        &mut self,
+        simd: S,
+        (scene, taylor): (&Scene, &TaylorMotion),
+        k: usize,
+        load: &mut [f64],
+    ) {
         for (one, series) in self.contacts.iter().zip(&mut *self.series) {
             let w = one.coordinates.map(|row| taylor.rate_of(row, k));
             let reaction = match series.needs_reaction(k) {
@@ -653,7 +705,8 @@ impl Planes<'_> {
                 false => [0.0; 2],
             };
             let limit = taylor.coefficient(&one.limit, k);
-            let force = series.extend(one, k, limit, [w, reaction], taylor.width);
+            let of_order = (limit, [w, reaction]);
+            let force = series.extend(simd, one, k, of_order, taylor.width);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);
         }
     }

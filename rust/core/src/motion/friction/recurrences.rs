@@ -3,6 +3,7 @@
 use crate::motion::friction::motion::{Coupling, LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::{PlaneSeries, Planes};
+use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::taylor::motion::TaylorMotion;
@@ -13,6 +14,10 @@ use crate::scene::model::Scene;
 
 /// How far an order of a slip speed may go, relative to what its law allows: the 29th power of it is within the range of numbers.
 const WIDE: f64 = 1e3;
+
+/// Entries of an order of the state that do not count in the next one, relative to the state: all orders together leave out less than
+/// a unit of rounding.
+const LEAST: f64 = UNIT / 32.0;
 
 /// The laws of a combination and their forces, order by order.
 struct Laws<'a> {
@@ -150,7 +155,7 @@ impl Forces for Friction<'_> {
                 }),
                 false => [0.0; 2],
             };
-            *force = series.extend(one, k, limit, [w, reaction], *width);
+            *force = series.extend(simd, one, k, (limit, [w, reaction]), *width);
         }
     }
 
@@ -190,7 +195,7 @@ impl Kernel for ByMatrices<'_> {
             }
             if !planes.contacts.is_empty() {
                 let mut load = std::mem::take(&mut taylor.force);
-                planes.push(scene, taylor, k, &mut load);
+                planes.push(simd, (scene, taylor), k, &mut load);
                 taylor.force = load;
             }
             if k == DEGREE {
@@ -205,6 +210,11 @@ impl Kernel for ByMatrices<'_> {
 impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
+        let least = match operator.taylor.dense {
+            Some(_) => LEAST * self.taylor.scale_at_start(&operator.taylor),
+            None => 0.0,
+        };
+        self.uncounted = COEFFICIENTS as f64 * least;
         let Self { taylor, base, contacts, planes, coupling, convolutions, unit, .. } = self;
         convolutions.iter_mut().for_each(Convolutions::clear);
         let laws = Laws { operator, contacts, convolutions, coupling };
@@ -213,7 +223,8 @@ impl LawMotion {
                 let forces = vec![[0.0; 2]; operator.planes.len()];
                 let planes = Planes { contacts: &operator.planes, series: planes };
                 let friction = Friction { laws, planes, forces, width: taylor.width };
-                unit.run(taylor.orders_by_rows(rows, 0..COEFFICIENTS, true, friction));
+                let rows = (&operator.taylor, rows);
+                unit.run(taylor.orders_by_rows(rows, 0..COEFFICIENTS, (true, friction), least));
             }
             None => {
                 let planes = Planes { contacts: &operator.planes, series: planes };

@@ -17,7 +17,7 @@ use crate::motion::taylor::bordered::{Buffers, Order};
 use crate::motion::taylor::doubled_products::LessDot;
 use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
-use crate::motion::taylor::rows::{NoForces, Orders, Products, Rows};
+use crate::motion::taylor::rows::{Counting, NoForces, Orders, Products, Rows};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::{Lanes, VectorUnit};
@@ -181,7 +181,7 @@ impl TaylorMotion {
         let h = operator.width;
         self.width = h;
         match &operator.dense {
-            Some(rows) => self.by_rows(rows, 0..DEGREE, true),
+            Some(rows) => self.by_rows(operator, rows, 0..DEGREE, true),
             None => (0..DEGREE).for_each(|k| self.order(scene, operator, k, k == 0)),
         }
         let scale = self.scale(operator);
@@ -202,7 +202,7 @@ impl TaylorMotion {
     ) {
         let (n, h) = (self.size, self.width);
         if let Some(rows) = &operator.dense {
-            return self.by_rows(rows, k..k + 1, forced);
+            return self.by_rows(operator, rows, k..k + 1, forced);
         }
         let (known, next) = self.terms.split_at_mut((k + 2) * n);
         let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
@@ -242,23 +242,35 @@ impl TaylorMotion {
 
     /// Orders of the series by dense rows, with the force in the first of them where that is `forced`.
     #[inline]
-    fn by_rows(&mut self, rows: &Rows, orders: Range<usize>, forced: bool) {
-        let unit = self.unit;
-        unit.run(self.orders_by_rows(rows, orders, forced, NoForces));
-    }
-
-    /// The same beside forces that follow from the motion.
-    pub(crate) fn orders_by_rows<'a, F>(
-        &'a mut self,
-        rows: &'a Rows,
+    fn by_rows(
+        &mut self,
+        operator: &TaylorOperator,
+        rows: &Rows,
         orders: Range<usize>,
         forced: bool,
-        forces: F,
+    ) {
+        let unit = self.unit;
+        unit.run(self.orders_by_rows((operator, rows), orders, (forced, NoForces), 0.0));
+    }
+
+    /// The same beside forces that follow from the motion, without entries of the state that are below `least` in the norm.
+    pub(crate) fn orders_by_rows<'a, F>(
+        &'a mut self,
+        (operator, rows): (&'a TaylorOperator, &'a Rows),
+        orders: Range<usize>,
+        (forced, forces): (bool, F),
+        least: f64,
     ) -> Orders<'a, F> {
         let Self { terms, force, products, size, width, .. } = self;
         let (size, width) = (*size, *width);
         let force = forced.then_some(&force[..]);
-        Orders { rows, products, terms, size, width, orders, force, forces }
+        let counting = Counting { weight: &operator.weight, omega: operator.omega, least };
+        Orders { rows, products, terms, size, width, orders, counting, force, forces }
+    }
+
+    /// The largest entry of the state at the start of the panel, or of the origin, in the norm.
+    pub(crate) fn scale_at_start(&self, operator: &TaylorOperator) -> f64 {
+        self.term_norm(operator, 0).max(self.scale)
     }
 
     /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.

@@ -67,6 +67,17 @@ pub(crate) struct Products {
     /// of all orders and of those from 2 on.
     negative: Vec<Group>,
     sizes: [Vec<Group>; 2],
+    /// The columns of z, and of q', that count in the order.
+    counting: [Vec<usize>; 2],
+}
+
+/// What counts in an order of a series: entries of the state that are not below `least` in the norm `max(omega |q|, |q'|)` over
+/// weighted coordinates. An order of q'' that leaves out the others is off by at most the norm of the equation times `least`.
+#[derive(Clone, Copy)]
+pub(crate) struct Counting<'a> {
+    pub weight: &'a [f64],
+    pub omega: f64,
+    pub least: f64,
 }
 
 fn numbers(groups: &[Group]) -> &[f64] {
@@ -190,7 +201,8 @@ impl Rows {
         for first in (0..states * GROUP).step_by(GROUP) {
             for (place, direction) in forces.iter().enumerate() {
                 let mut rows = [0.0; GROUP];
-                for &(k, weight) in direction.iter().filter(|term| term.0 / GROUP * GROUP == first) {
+                for &(k, weight) in direction.iter().filter(|term| term.0 / GROUP * GROUP == first)
+                {
                     rows[k - first] = weight * inverse_mass[k];
                 }
                 if rows != [0.0; GROUP] {
@@ -251,9 +263,15 @@ struct Block<'a, const G: usize> {
     of_u: &'a [[Group; G]],
 }
 
-/// The product of rows with z and q', without what forces add.
+/// The product of rows with z and q', without what forces add; of rows of several blocks, with the columns that count.
 trait Multiply {
-    fn multiply<S: Lanes>(&self, simd: S, state: [&[f64]; 2], sums: &mut [Group]);
+    fn multiply<S: Lanes>(
+        &self,
+        simd: S,
+        state: [&[f64]; 2],
+        counting: &[Vec<usize>; 2],
+        sums: &mut [Group],
+    );
 }
 
 impl<'a, const G: usize> Block<'a, G> {
@@ -266,7 +284,13 @@ impl<'a, const G: usize> Block<'a, G> {
 
 impl<const G: usize> Multiply for Block<'_, G> {
     #[inline(always)]
-    fn multiply<S: Lanes>(&self, simd: S, [z, u]: [&[f64]; 2], sums: &mut [Group]) {
+    fn multiply<S: Lanes>(
+        &self,
+        simd: S,
+        [z, u]: [&[f64]; 2],
+        _: &[Vec<usize>; 2],
+        sums: &mut [Group],
+    ) {
         let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
         let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
         for (columns, places, x) in [(of_z, moving, z), (of_u, damped, u)] {
@@ -297,22 +321,72 @@ fn add_column<const G: usize, S: Lanes>(
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
 }
 
+impl<const G: usize> Block<'_, G> {
+    /// The same with some of the columns.
+    #[inline(always)]
+    fn multiply_some<S: Lanes>(
+        &self,
+        simd: S,
+        [z, u]: [&[f64]; 2],
+        [some_z, some_u]: &[Vec<usize>; 2],
+        sums: &mut [Group],
+    ) {
+        let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
+        let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
+        for (columns, places, some, x) in [(of_z, moving, some_z, z), (of_u, damped, some_u, u)] {
+            let (twos, one) = some.as_chunks::<2>();
+            for &[a, b] in twos {
+                even = add_column(simd, &columns[a], x[places[a]], even);
+                odd = add_column(simd, &columns[b], x[places[b]], odd);
+            }
+            if let [a] = *one {
+                even = add_column(simd, &columns[a], x[places[a]], even);
+            }
+        }
+        for (sum, (even, odd)) in sums.iter_mut().zip(even.into_iter().zip(odd)) {
+            *sum = simd.add_f64s(even, odd);
+        }
+    }
+}
+
 impl Multiply for Rows {
     #[inline(always)]
-    fn multiply<S: Lanes>(&self, simd: S, state: [&[f64]; 2], mut sums: &mut [Group]) {
+    fn multiply<S: Lanes>(
+        &self,
+        simd: S,
+        state: [&[f64]; 2],
+        some: &[Vec<usize>; 2],
+        mut sums: &mut [Group],
+    ) {
         let mut columns = &self.columns[..];
         while !sums.is_empty() {
             let count = sums.len().min(BLOCK);
             let (block, next) = columns.split_at(count * (self.moving.len() + self.damped.len()));
             let (own, others) = sums.split_at_mut(count);
             match count {
-                1 => Block::<1>::new(self, block).multiply(simd, state, own),
-                2 => Block::<2>::new(self, block).multiply(simd, state, own),
-                3 => Block::<3>::new(self, block).multiply(simd, state, own),
-                _ => Block::<BLOCK>::new(self, block).multiply(simd, state, own),
+                1 => Block::<1>::new(self, block).multiply_some(simd, state, some, own),
+                2 => Block::<2>::new(self, block).multiply_some(simd, state, some, own),
+                3 => Block::<3>::new(self, block).multiply_some(simd, state, some, own),
+                _ => Block::<BLOCK>::new(self, block).multiply_some(simd, state, some, own),
             }
             (columns, sums) = (next, others);
         }
+    }
+}
+
+impl Counting<'_> {
+    /// The columns of the entries that count; of all entries that are no numbers as well.
+    #[inline(always)]
+    fn select(self, [q, u]: [&[f64]; 2], rows: &Rows, columns: &mut [Vec<usize>; 2]) {
+        let Self { weight, omega, least } = self;
+        let moves = |k: usize| !(weight[k] * u[k].abs() <= least);
+        let counts = |k: usize| !(weight[k] * omega * q[k].abs() <= least) || moves(k);
+        let [of_z, of_u] = columns;
+        let all = |places: &[usize]| 0..places.len();
+        of_z.clear();
+        of_z.extend(all(&rows.moving).filter(|&place| counts(rows.moving[place])));
+        of_u.clear();
+        of_u.extend(all(&rows.damped).filter(|&place| moves(rows.damped[place])));
     }
 }
 
@@ -349,6 +423,7 @@ pub(crate) struct Orders<'a, F> {
     /// h
     pub width: f64,
     pub orders: Range<usize>,
+    pub counting: Counting<'a>,
     /// f of every coordinate, where it acts in the first of the orders.
     pub force: Option<&'a [f64]>,
     pub forces: F,
@@ -377,12 +452,12 @@ impl<F: Forces> Orders<'_, F> {
     /// With `A` groups of rows of q'' and `G` groups of all rows, or with any number of them where these are 0.
     #[inline(always)]
     fn recur<const A: usize, const G: usize, S: Lanes>(self, simd: S, columns: &impl Multiply) {
-        let Self { rows: all, products, terms, size: n, width, orders, mut force, mut forces } =
-            self;
+        let Self { rows: all, products, terms, size: n, width, orders, .. } = self;
+        let (counts, mut force, mut forces) = (self.counting, self.force, self.forces);
         let (states, groups) = if A > 0 { (A, G) } else { (all.states, all.states + all.outputs) };
         // Outputs of all orders are read again.
         let kept = if all.outputs > 0 { groups } else { 0 };
-        let Products { z, u, newest, rows, .. } = products;
+        let Products { z, u, newest, rows, counting, .. } = products;
         rows.resize(groups + kept * DEGREE, ZEROS);
         let [z, u, newest] = [z, u, newest].map(|of| {
             of.resize(states, ZEROS);
@@ -402,7 +477,10 @@ impl<F: Forces> Orders<'_, F> {
         for k in orders {
             let (own, others) = std::mem::take(&mut rows).split_at_mut(groups);
             let state: [&[f64]; 2] = [cast_slice(z), cast_slice(u)];
-            columns.multiply(simd, state, own);
+            if A == 0 {
+                counts.select([q, state[1]], all, counting);
+            }
+            columns.multiply(simd, state, counting, own);
             if let Some(force) = force.take() {
                 all.load(force, &mut own[..states]);
             }
