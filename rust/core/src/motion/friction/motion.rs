@@ -37,13 +37,24 @@ const GROWTH: f64 = 1.3;
 /// Times that a balance of forces is improved, each time by at least this factor.
 pub(super) const BALANCES: usize = 24;
 const SETTLES: f64 = 0.5;
+/// Part of the time to relax after which a balance is tried again, and how much wider than the panel before one is tried.
+const RELAXES: f64 = 0.2;
+const WIDENS: f64 = 4.0;
 /// Panels on which such a balance is tried, each narrower than the one before.
-const NARROWINGS: usize = 6;
-const NARROWER: f64 = 1.0 / 16.0;
+const NARROWINGS: usize = 8;
+const NARROWER: f64 = 0.25;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
+
+/// What became of the balances of slow slips on a panel.
+enum Balance {
+    Settles,
+    /// They settle away from the slips that the panel begins with, which come to them in about this time, s.
+    Relaxes(f64),
+    TooWide,
+}
 
 /// A contact that slides by its law, along the panel.
 #[derive(Debug, Default)]
@@ -71,6 +82,11 @@ pub(super) struct Sliding {
 /// How far a series moves from where it begins, at most.
 pub(super) fn moved(series: &[f64; COEFFICIENTS]) -> f64 {
     series[1..].iter().map(|c| c.abs()).sum()
+}
+
+/// The larger of two numbers, or NaN if one of them is no number.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 impl Sliding {
@@ -147,6 +163,9 @@ pub(crate) struct LawMotion {
     pub(super) shortenings: usize,
     /// Those that slip in a plane.
     pub(super) planes: Vec<PlaneSeries>,
+    /// Width of the panel on which directions of slow slips followed last, s, and the time before which they have not relaxed.
+    followed: f64,
+    relaxed_at: f64,
     /// The one whose slip ends with the panel, and the one whose slip has ended.
     pub(super) stopping: Option<usize>,
     stopped: Option<usize>,
@@ -221,6 +240,7 @@ impl LawMotion {
         (self.next, self.ends, self.ended) = (None, None, None);
         (self.stopping, self.stopped, self.constant) = (None, None, CONSTANT);
         (self.share, self.left_out) = (1.0, 0.0);
+        (self.followed, self.relaxed_at) = (f64::INFINITY, 0.0);
         self.planes.resize_with(operator.planes.len(), PlaneSeries::default);
         for (place, (one, series)) in operator.planes.iter().zip(&mut self.planes).enumerate() {
             let reaction = one.coordinates.map(|row| {
@@ -399,22 +419,31 @@ impl LawMotion {
         let parts: Vec<Option<f64>> =
             stiff.map(|(one, series)| series.stiff_part(one, operator.taylor.width())).collect();
         let Some(part) = parts.iter().flatten().copied().reduce(f64::min) else { return };
-        let mut wide = part * operator.taylor.width();
-        if wide <= width {
+        let mut wide = (part * operator.taylor.width()).min(WIDENS * self.followed);
+        if wide <= width || self.taylor.start() < self.relaxed_at {
             return;
         }
         for _ in 0..NARROWINGS {
             self.taylor.begin_within(wide / self.taylor.width);
             let all = self.planes.iter_mut().zip(&parts).filter(|one| one.1.is_some());
             all.for_each(|(series, _)| series.let_follow(true));
-            if self.settles(scene, operator) {
-                return;
+            match self.settle(scene, operator) {
+                Balance::Settles => {
+                    self.followed = wide;
+                    return;
+                }
+                Balance::Relaxes(time) => {
+                    self.relaxed_at = self.taylor.start() + RELAXES * time;
+                    break;
+                }
+                Balance::TooWide => {}
             }
             wide *= NARROWER;
             if wide <= width {
                 break;
             }
         }
+        self.followed = f64::INFINITY;
         self.planes.iter_mut().filter(|series| series.follows()).for_each(|series| {
             series.let_follow(false);
         });
@@ -422,32 +451,34 @@ impl LawMotion {
         self.recur_in_range(scene, operator);
     }
 
-    /// Whether the balances of slow slips settle on the panel as wide as it is.
-    fn settles(&mut self, scene: &Scene, operator: &LawOperator) -> bool {
+    /// Whether the balances of slow slips settle on the panel as wide as it is, near the slips that it begins with.
+    fn settle(&mut self, scene: &Scene, operator: &LawOperator) -> Balance {
         let rounding = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
         let width = self.taylor.width;
         let mut before = f64::INFINITY;
-        for _ in 0..BALANCES {
+        for left in (0..BALANCES).rev() {
             self.recur(scene, operator);
             let following = operator.planes.iter().zip(&mut self.planes);
             let following = following.filter(|(_, series)| series.follows());
-            let (mut settled, mut near, mut largest) = (true, true, 0.0f64);
+            let (mut largest, mut relaxes) = (0.0f64, 0.0f64);
             for (one, series) in following {
                 let [change, apart] = series.improve(one, width);
-                let limit = series.limit[0];
-                largest = largest.max(change / limit);
-                settled &= change <= UNRESOLVED * UNIT * limit;
-                near &= apart <= rounding * one.slip_norm;
+                largest = worse(largest, change / series.limit[0]);
+                let off = apart / (rounding * one.slip_norm);
+                if !(off <= 1.0) {
+                    relaxes = relaxes.max(off.ln() / series.relaxation(one));
+                }
             }
-            if settled && near {
-                return true;
+            if largest <= UNRESOLVED * UNIT {
+                return if relaxes > 0.0 { Balance::Relaxes(relaxes) } else { Balance::Settles };
             }
-            if !(largest < SETTLES * before) {
+            let gain = largest / before;
+            if !(gain < SETTLES && largest * gain.powi(left as i32) <= UNRESOLVED * UNIT) {
                 break;
             }
             before = largest;
         }
-        false
+        Balance::TooWide
     }
 
     /// Makes the panel the last one of a slip in a plane that ends within it.

@@ -4,7 +4,7 @@
 //! `dy = a dS + b dN`; the slopes of a formula with a state z are a and b of `dy = a dS + b dz`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::motion::{BALANCES, LawMotion, STALLED, Sliding};
+use crate::motion::friction::motion::{BALANCES, LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::{NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes};
 use crate::motion::taylor::motion::TRUNCATION;
@@ -29,11 +29,6 @@ struct Slopes {
 /// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other.
 struct Series {
     terms: Vec<f64>,
-}
-
-/// The larger of two numbers, or NaN if one of them is no number.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
 }
 
 impl LawMotion {

@@ -101,7 +101,7 @@ pub(super) struct PlaneSeries {
     across: [f64; COEFFICIENTS],
     /// R of order 0 without friction.
     reaction: [f64; 2],
-    /// Where the direction follows: the force that accelerates slip across e_0.
+    /// Where the direction follows: what the balance across e_0 took from the series before.
     pull: [f64; COEFFICIENTS],
     products: [Convolutions; 2],
 }
@@ -365,10 +365,7 @@ impl PlaneSeries {
             }
             Course::Follows => {
                 self.keep(k, w);
-                let [_, across] = PlaneContact::turned(self.direction, reaction);
-                let [_, pressed] = self.pressed(k, lower);
-                self.across[k] = (across - self.pull[k] - pressed) / self.limit[0];
-                self.close(k, lower);
+                self.balance_across(one, k, lower, reaction, width);
                 self.force(k, lower)
             }
             Course::Begins(power) => {
@@ -399,6 +396,43 @@ impl PlaneSeries {
         self.slip[1][k] = if k == 0 { 0.0 } else { across };
     }
 
+    /// c and t of order k from the balance across e_0, `mu N e = R - M w'` there with `w = a (1, t)`, of which
+    /// `(k + 1) / h (t_{k+1} a_0 + t_0 a_{k+1})` alone comes from the series before: the rest of this order has known factors, and t_k.
+    fn balance_across(
+        &mut self,
+        one: &PlaneContact,
+        k: usize,
+        lower: &Lower,
+        reaction: [f64; 2],
+        width: f64,
+    ) {
+        let [_, across] = PlaneContact::turned(self.direction, reaction);
+        let [_, pressed] = self.pressed(k, lower);
+        let rest = across - self.pull[k] - pressed;
+        if k == 0 {
+            self.across[0] = rest / self.limit[0];
+        } else {
+            let (a, first) = (&self.slip[0], self.along[0]);
+            let rate = (k + 1) as f64 / width * one.masses(self.direction)[1];
+            let turned: f64 = (1..k).map(|i| self.ratio[i] * a[k + 1 - i]).sum();
+            // c_k and t_k grow with t c of this order by these factors.
+            let by_across = -self.across[0] / first;
+            let turning = (1.0 - self.ratio[0] * by_across) / first;
+            let along = -0.5 * (lower.turned[0] + lower.turned[1]) / first;
+            let ratio = -(self.ratio[0] * along + lower.ratio) / first;
+            let known = rest - rate * (turned + a[1] * ratio);
+            self.across[k] = known / (self.limit[0] + rate * a[1] * turning);
+        }
+        self.close(k, lower);
+    }
+
+    /// What the balance across e_0 of order k takes from the series before.
+    fn taken_from_before(&self, one: &PlaneContact, k: usize, width: f64) -> f64 {
+        let [a, t] = [&self.slip[0], &self.ratio];
+        let moved = t[0] * a[k + 1] + t[k + 1] * a[0];
+        (k + 1) as f64 / width * one.force_across(self.direction, [a[k + 1], moved])
+    }
+
     /// c and t of order k from t c: `c^2 + (t c)^2 = 1`.
     fn close(&mut self, k: usize, lower: &Lower) {
         let first = self.across[0];
@@ -416,9 +450,13 @@ impl PlaneSeries {
     /// Whether the direction of slip relaxes many times over a panel that is as wide as it may be: the part of the width.
     pub(super) fn stiff_part(&self, one: &PlaneContact, width: f64) -> Option<f64> {
         let part = (REMAINS * self.left / width).min(1.0);
-        let rate = self.limit[0] / (one.mass[0].max(one.mass[1]) * self.slip[0][0]);
-        let stiff = self.course == Course::Slips && rate * part * width > STIFF;
+        let stiff = self.course == Course::Slips && self.relaxation(one) * part * width > STIFF;
         stiff.then(|| part.log2().floor().exp2())
+    }
+
+    /// The rate at which the direction of slip relaxes, at least, 1/s.
+    pub(super) fn relaxation(&self, one: &PlaneContact) -> f64 {
+        self.limit[0] / (one.mass[0].max(one.mass[1]) * self.slip[0][0])
     }
 
     /// Lets the direction follow from the balance of forces, or not.
@@ -427,13 +465,11 @@ impl PlaneSeries {
         self.pull = [0.0; COEFFICIENTS];
     }
 
-    /// Takes the force across e_0 from `w = a (1, t)`; its change, and how far w begins from there.
+    /// Takes the rest of the force across e_0 from `w = a (1, t)`; its change, and how far w begins from there.
     pub(super) fn improve(&mut self, one: &PlaneContact, width: f64) -> [f64; 2] {
         let mut change = 0.0;
         for k in 0..DEGREE {
-            let moved = convolved(&self.ratio, &self.slip[0], k + 1, [0, 0]);
-            let taken = one.force_across(self.direction, [self.slip[0][k + 1], moved]);
-            let force = (k + 1) as f64 / width * taken;
+            let force = self.taken_from_before(one, k, width);
             change += (force - self.pull[k]).abs();
             self.pull[k] = force;
         }
@@ -615,9 +651,7 @@ impl PlaneSeries {
             let moved = convolved(&self.ratio, a, k, [0, 0]);
             apart += (b[k] - moved).abs();
             if k > 0 {
-                let rate = k as f64 / width;
-                let taken = one.force_across(self.direction, [a[k], moved]);
-                defect += (rate * taken - self.pull[k - 1]).abs();
+                defect += (self.taken_from_before(one, k - 1, width) - self.pull[k - 1]).abs();
             }
         }
         let rate = 2.0 * COEFFICIENTS as f64 / width;

@@ -569,6 +569,7 @@ mod tests {
             beta in prop_oneof![Just(None), (0.0..0.1f64).prop_map(Some)],
             status in 0usize..3,
             forced in any::<bool>(),
+            least in 0.0..3.0f64,
         ) {
             let scene = dense(size, &numbers, beta);
             let combination = Combination::parse(["+", "s", "d"][status], 1).expect("a letter");
@@ -592,7 +593,9 @@ mod tests {
             }
             let force: Vec<f64> = (0..size).map(|k| numbers[k + 60]).collect();
             let rows = new(&[], &[]);
-            let by = |unit: VectorUnit| {
+            let omega = 3.0;
+            let weight: Vec<f64> = (0..size).map(|k| scene.mass.get(k, k).sqrt()).collect();
+            let by = |unit: VectorUnit, least: f64| {
                 let (mut terms, mut products) = (start.clone(), Products::default());
                 unit.run(Orders {
                     rows: &rows,
@@ -601,13 +604,29 @@ mod tests {
                     size,
                     width,
                     orders: 0..2,
+                    counting: Counting { weight: &weight, omega, least },
                     force: forced.then_some(&force[..]),
                     forces: NoForces,
                 });
                 terms
             };
-            let terms = by(VectorUnit::default());
-            prop_assert_eq!(&terms, &by(VectorUnit::Portable));
+            let terms = by(VectorUnit::default(), 0.0);
+            prop_assert_eq!(&terms, &by(VectorUnit::Portable, 0.0));
+            // Entries that do not count leave out no more of q'' than the norm of its row times the least one.
+            let some = by(VectorUnit::default(), least);
+            prop_assert_eq!(&some, &by(VectorUnit::Portable, least));
+            for (i, &row) in kept.iter().enumerate() {
+                let of = |matrix: &SparseMatrix, factor: f64| -> f64 {
+                    let entries = equation.reduction.sources(i).flat_map(|(source, merged)| {
+                        matrix.row(source).map(move |(k, value)| (k, (merged * value).abs()))
+                    });
+                    entries.map(|(k, value)| factor * value / weight[k]).sum()
+                };
+                let norm = of(&scene.stiffness, 1.0 / omega) + of(&scene.damping, 1.0);
+                let allowed = norm * least / scene.mass.get(row, row) * width * width / 2.0;
+                let off = (some[2 * size + row] - terms[2 * size + row]).abs();
+                prop_assert!(off <= allowed + 1e-12, "{off:e} {allowed:e}");
+            }
             for k in 0..2 {
                 let q = &terms[k * size..(k + 1) * size];
                 let u: Vec<f64> = terms[(k + 1) * size..(k + 2) * size]
@@ -641,6 +660,7 @@ mod tests {
                 size,
                 width,
                 orders: 0..1,
+                counting: Counting { weight: &weight, omega, least: 0.0 },
                 force: None,
                 forces: NoForces,
             });
