@@ -48,9 +48,9 @@ def test_the_canonical_set_comes_to_its_cycle(canonical):
 
 
 def test_the_work_of_the_canonical_set_is_counted(canonical):
-    """Few panels: a phase takes as many as its fastest rate, ``stiffness |s| / g``, asks for."""
+    """The series of a panel follows ten relaxations of the bristles; their decay keeps its bound small."""
     assert canonical.counters["phases"] == 21
-    assert canonical.counters["panels"] < 70_000
+    assert canonical.counters["panels"] == pytest.approx(29_494, rel=0.01)
 
 
 def test_friction_of_dahl_is_a_function_of_the_place():

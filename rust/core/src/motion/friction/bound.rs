@@ -12,13 +12,24 @@
 //! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
 //! t falls with f^DEGREE, and nothing else grows.
 //!
+//! The deflection c of bristles decays, `c' = .. - kappa mu c` beside `q' = .. + b mu c`, and where this is fast, a norm of all derivatives
+//! shortens panels that the series does not. In the norm `max(|q|, W |c|)` with `W >= 1` differences grow by the largest row sum with the
+//! sign of the diagonal, the logarithmic norm: `max(S + beta / W, W S - lambda)`, where S bounds what is neither of the two, `beta`
+//! is the largest of `|b| mu` and `lambda` the least of `kappa mu`. Both are equal for
+//!
+//! ```text
+//! W = (S + lambda + sqrt((S + lambda)^2 + 4 S beta)) / (2 S)
+//! ```
+//!
+//! and defects count W times at most.
+//!
 //! The radius of that neighbourhood is free: any one proves the bound that is not above it. It is a part of the state, and where a
 //! motion decays to zero under forces that do not, at least twice `h r (e^L - 1) / L`: rounding of forces, which no state bounds.
 
 use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::series::coefficients::{UNIT, product_units, size};
+use crate::motion::friction::series::coefficients::{UNIT, lowest, product_units, size};
 use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
@@ -173,7 +184,8 @@ impl Kernel for Bound<'_> {
         let apart = scene.coupled_mass.is_none() && operator.response.is_none() && of_contacts;
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
-        let (mut flowing, mut follows) = (0.0, true);
+        let (mut flowing, mut follows, mut weight) = (0.0, true, 1.0);
+        let decays = apart && operator.planes.is_empty();
         let units = (in_product + 16) as f64;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
@@ -229,7 +241,20 @@ impl Kernel for Bound<'_> {
             let gain = largest * pressed_by + slope;
             truncated = together(truncated, by_force * cut);
             rounded = together(rounded, by_force * round);
-            lipschitz = together(lipschitz, one.force_norm * gain);
+            let mut growth = one.force_norm * gain;
+            let least = match decays && one.decay > 0.0 {
+                true => lowest(&sliding.series.excess) - law.truncation - law.rounding,
+                false => -1.0,
+            };
+            if least >= 0.0 {
+                let others = operator.taylor.norm() + one.force_norm * slope;
+                let by_state = one.force_norm * largest * pressed_by;
+                let sum = others + one.decay * least * (1.0 - 1e-9);
+                let own = (sum + (sum * sum + 4.0 * others * by_state).sqrt()) / (2.0 * others);
+                growth = one.force_norm * slope + by_state / own;
+                weight = f64::max(weight, own);
+            }
+            lipschitz = together(lipschitz, growth);
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
@@ -251,6 +276,7 @@ impl Kernel for Bound<'_> {
         let load = widened * taylor.width * taylor.force_norm(&operator.taylor);
         // What the rows did not count is missing in the next order, and in the event functions.
         rounded += UNIT * in_row * (reach * of_orders + load) + (1.0 + reach) * uncounted;
+        (truncated, rounded) = (weight * truncated, weight * rounded);
         let exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;

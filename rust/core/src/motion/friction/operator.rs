@@ -89,15 +89,25 @@ impl LawOperator {
                 rows.filter(|entry: &(usize, f64)| entry.1 != 0.0).collect();
             let mut acceleration = vec![0.0; own.size];
             taylor.equation.accelerate(&mut along, &mut acceleration);
-            (direction, taylor.norm_of_velocity(own, &acceleration))
+            let norm = taylor.norm_of_velocity(own, &acceleration);
+            (direction, norm, acceleration)
         };
         let built =
             |of, law, sign: f64, along: &[(usize, f64)], [slip, normal]: [Functional; 2]| {
-                let (direction, force_norm) = driven(along);
+                let (direction, force_norm, acceleration) = driven(along);
+                let decay = match (of, &normal.velocity[..]) {
+                    (LawOf::Contact(contact), &[(state, weight)])
+                        if scene.state_of(contact).is_some() =>
+                    {
+                        (-sign * acceleration[state] * weight).max(0.0)
+                    }
+                    _ => 0.0,
+                };
                 LawContact {
                     of,
                     law,
                     sign,
+                    decay,
                     flow: None,
                     of_state: false,
                     direction,
@@ -209,7 +219,7 @@ impl LawOperator {
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
         let along = |contact: usize| {
             let tangential = scene.contacts[contact].tangential;
-            let (direction, norm) = driven(&[(tangential, 1.0)]);
+            let (direction, norm, _) = driven(&[(tangential, 1.0)]);
             (tangential, direction, norm)
         };
         let pressing = |&[first, _]: &[usize; 2]| reaction(scene, scene.contacts[first].normal);

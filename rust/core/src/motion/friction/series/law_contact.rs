@@ -32,6 +32,9 @@ pub(crate) struct LawContact {
     pub slip_norm: f64,
     pub normal_norm: f64,
     pub force_norm: f64,
+    /// Where the velocity of a coordinate without a force of its own stands for N, as the deflection of bristles: the rate at which
+    /// it decays, per `mu(|s|) - mu(0)`; 0 elsewhere.
+    pub decay: f64,
     /// Where slip has no mass.
     pub flow: Option<Flow>,
     /// Whether its law is a formula of the slip speed and of a state.
