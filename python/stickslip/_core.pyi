@@ -336,6 +336,7 @@ class Cycle:
     def trajectory(self) -> Trajectory: ...
     def record(self) -> bytes: ...  # what `from_record` takes
     def monodromy(self) -> _Real: ...  # (2n, 2n), contact coordinates
+    def crossing_speeds(self) -> list[float]: ...  # (K,) of the event functions that end the phases
     def harmonics(self, count: int) -> _Complex: ...  # (count + 1, n)
     # phase, contact, kind, lowest value, time, whether it is a local minimum
     def margins(self) -> list[tuple[int, int, str, float, float, bool]]: ...

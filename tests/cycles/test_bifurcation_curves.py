@@ -311,11 +311,19 @@ def test_two_events_meet_up_to_where_a_flight_vanishes():
         wide = {"friction": (1.3, 1.7), "slider_speed": (0.0238, 0.027)} if first == 1.7 else plane
         found = ss.continuation(point, wide, step=0.3)
         assert found.curve.error.max() <= 1e-10
-        last = {"grazing": "sequence", "switching": "lost"}[found.curve.kind]
+        last = {"grazing": "sequence", "switching": "tangency"}[found.curve.kind]
         assert set(found.curve.ends) == {"range", last}
         ends[found.curve.kind] = found.curve.values[0 if found.curve.ends[0] == last else -1]
+        if last == "tangency":
+            # Contact 1 takes off and lands with the same vanishing speed; contact 0 slips throughout.
+            (touch,) = (one for one in found.points if one.kind == last)
+            assert (touch.contact, touch.remark) == (1, "contact 1")
+            assert list(touch.values.values()) == ends["switching"].tolist()
+            assert ("tangency", "contact 1") in zip(
+                found.to_dataset().special_kind.values, found.to_dataset().special_remark.values, strict=True
+            )
     assert set(ends) == {"grazing", "switching"}
-    # The flight is lost when it lasts some 1e-5 s; friction differs by the square of that.
+    # The curve ends when the flight lasts some 1e-5 s; friction differs by the square of that.
     assert ends["switching"] == pytest.approx(ends["grazing"], rel=1e-4)
 
 
@@ -335,6 +343,20 @@ def test_an_interrupted_curve_keeps_its_points(monkeypatch):
     found = stopped.value.partial
     assert len(found.cycles) == 3
     assert found.curve.ends == ("points", "points")
+
+
+def test_a_curve_lost_for_another_cause_names_none(monkeypatch):
+    further, left = plane_curve._shortened, [3]
+
+    def failing(*arguments):
+        left[0] -= 1
+        return further(*arguments) if left[0] > 0 else None
+
+    monkeypatch.setattr(plane_curve, "_shortened", failing)
+    plane = {"slider_speed": (1.3, 2.3), "damping_ratio": (0.03, 0.1)}
+    found = ss.continuation(touch(), plane, bistable, step=0.1)
+    assert found.curve.ends == ("lost", "lost")
+    assert found.points == ()
 
 
 def test_a_curve_is_drawn_on_the_boundary_of_sliding():

@@ -193,6 +193,11 @@ impl Cycle {
             .collect())
     }
 
+    /// (K,) change of the event function that ends each phase as it crosses zero, its unit per second.
+    fn crossing_speeds(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        detached(py, || self.inner.orbit.crossing_speeds())?.map_err(|failure| failed(py, &failure))
+    }
+
     /// Whether a run from the orbit keeps to its event sequence.
     fn is_followed(&self, py: Python<'_>) -> PyResult<bool> {
         detached(py, || core::cycles::attractors::is_followed(&self.inner.orbit))

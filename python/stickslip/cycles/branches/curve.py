@@ -50,15 +50,17 @@ class BifurcationCurve(Shown):
         along the orbit. ``error``: of a fold or period doubling the distance of the multiplier
         from 1 or -1; of a torus by how much a modulus differs from 1; of a change of the sequence the event
         function (m/s, N or m) or the duration (s) that vanishes. ``ends``: ``range``, ``closed``, ``points``
-        (as many as were allowed), ``sequence``, ``resonance``, or ``lost`` if it could not be followed, as
-        where an event comes to touch zero instead of crossing it, or a phase shrinks to nothing.
+        (as many as were allowed), ``sequence``, ``resonance``, ``tangency``, or ``lost`` if it could not be
+        followed and the cause is not known.
     cycles
         The orbit at every point.
     points
         Points of codimension two, in order. ``cusp``: a fold curve turns back in both parameters;
         ``second_multiplier``: another multiplier is on the unit circle as well; ``resonance``: the pair of a
         torus meets at 1 or -1, and the curve ends; ``sequence``: the sequence of events changes, and beyond
-        the contact laws do not hold; ``degenerate``: the curve turns in one of the parameters.
+        the contact laws do not hold; ``tangency``: the event function of a contact comes to touch zero
+        instead of crossing it, as where a phase shrinks to nothing, and the curve ends, since the orbits
+        have no derivative there; ``degenerate``: the curve turns in one of the parameters.
     """
 
     parameters: Mapping[str, tuple[float, float]]

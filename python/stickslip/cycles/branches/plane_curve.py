@@ -27,6 +27,8 @@ ALIGNED, ALIGNMENTS = 0.1, 3
 STRAIGHT = 1e-6
 #: Relative accuracy of a place between two points at which something changes.
 PLACE = 1e-10
+#: Length within which the speed of an event function vanishes where a curve is lost because of it.
+TOUCH = 1e-4
 #: How near, in terms of their sizes, period and amplitude of a closed curve come back to those at its start.
 SAME = 1e-2
 
@@ -117,6 +119,10 @@ def follow(side: Side, longest: float, points: int) -> None:
         step = _shortened(before, length)
         if step is None:
             side.end = "range" if -_excess(before.spot) <= EDGE else "lost"
+            contact = _touching(side.nodes)
+            if side.end == "lost" and contact is not None:
+                side.end = "tangency"
+                side.specials.append(Special("tangency", before, contact=contact))
             return
         after = step.after
         side.specials += step.specials
@@ -258,6 +264,25 @@ def _last(stop: Stop, node: Node) -> Special:
     if contact is None:
         contact = cycle.phases[phase].contact
     return Special("sequence", node, contact=None if contact < 0 else contact)
+
+
+def _touching(nodes: list[Node]) -> int | None:
+    """Return the contact whose event function comes to touch zero where a curve ends; None if none does.
+
+    At the distance d before that end the least value of the function is proportional to -d, so that it
+    crosses zero with a speed h' that falls like the root of d (grazing bifurcation, di Bernardo and others
+    2008, section 6.2). The square of h' is extrapolated from the last two orbits.
+    """
+    if len(nodes) < 2:
+        return None
+    before, last = (np.square(node.spot.cycle.core.crossing_speeds()) for node in nodes[-2:])
+    falls = last < before
+    step = float(np.linalg.norm(nodes[-1].spot.at - nodes[-2].spot.at))
+    remaining = np.full(last.size, np.inf)
+    remaining[falls] = step * last[falls] / (before - last)[falls]
+    event = int(np.argmin(remaining))
+    contact = nodes[-1].spot.cycle.phases[event].contact
+    return contact if remaining[event] <= TOUCH and contact >= 0 else None
 
 
 def _specials(before: Node, after: Node, length: float) -> Iterator[tuple[float, Special]]:

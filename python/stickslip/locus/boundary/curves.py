@@ -15,7 +15,7 @@ OrbitKind = Literal["fold", "period_doubling", "torus", "grazing", "switching"]
 CurveKind = Literal["hopf", "divergence", "separation"] | OrbitKind
 PointKind = Literal[
     "double_hopf", "zero_hopf", "zero_frequency", "degenerate", "separation",
-    "cusp", "second_multiplier", "resonance", "sequence",
+    "cusp", "second_multiplier", "resonance", "sequence", "tangency",
 ]  # fmt: skip
 
 

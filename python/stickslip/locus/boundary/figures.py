@@ -39,6 +39,7 @@ MARKERS = {
     "second_multiplier": "o",
     "resonance": "D",
     "sequence": "x",
+    "tangency": "+",
 }
 
 

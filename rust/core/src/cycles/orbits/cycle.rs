@@ -252,6 +252,13 @@ impl Orbit {
         Ok(extremes)
     }
 
+    /// How fast the event function of the event that ends each phase crosses zero, `grad h . f-`, its unit per second:
+    /// zero where the event only touches. It is 1 where the time of the event is known explicitly.
+    pub fn crossing_speeds(&self) -> Result<Vec<f64>, OrbitFailure> {
+        let pass = self.pass(&self.flows()?)?;
+        Ok(pass.linearised.iter().map(|event| event.speed).collect())
+    }
+
     /// The margins of all event functions over their phases, except those that end them.
     pub fn margins(&self, is_over: &dyn Fn() -> bool) -> Result<Vec<Margin>, OrbitFailure> {
         let mut margins = Vec::new();
