@@ -276,6 +276,35 @@ def test_cycle(brake, tmp_path):
     assert "no limit cycle (equilibrium)" in none.stderr
 
 
+def test_curve(brake, tmp_path):
+    plane = ("--over", "friction=1.3:1.7", "--over", "slider_speed=0.0245:0.0255")
+    done = run(
+        "curve", brake, *plane, "--points", 4, "-o", tmp_path / "curve.nc", "--plot", tmp_path / "c.pdf"
+    )
+    assert re.search(r"kind +switching of contact 0", done.stdout)
+    # At the nearer point a flight vanishes: its curve is that of the orbits without the flight.
+    assert done.stderr.startswith(
+        "passed over, friction = 1.61181: cycle: the grazing is not found at the point"
+    )
+    cycle = ss.load(brake).simulate().limit_cycle()
+    (point,) = ss.continuation(cycle, {"friction": (1.5, 1.3)}, step=0.1).points
+    ranges = {"friction": (1.3, 1.7), "slider_speed": (0.0245, 0.0255)}
+    found = ss.continuation(point, ranges, step=0.1, points=4)
+    xr.testing.assert_identical(ss.load(tmp_path / "curve.nc"), found.to_dataset())
+    assert (tmp_path / "c.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_curve_that_is_not_there(brake):
+    near, across = ("--over", "friction=1.49:1.51"), ("--over", "slider_speed=0.02:0.03")
+    none = run("curve", brake, *near, *across, code=1)
+    assert none.stderr == "no bifurcation of the limit cycle for friction from 1.49 to 1.51\n"
+    none = run("curve", brake, *near, *across, "--kind", "period_doubling", code=1)
+    assert none.stderr.startswith("no period doubling of the limit cycle")
+    assert "--over: expected two parameters, got 1" in run("curve", brake, *near, code=2).stderr
+    only = ("--over", "friction=1.55:1.7", *across)
+    assert "the grazing is not found at the point" in run("curve", brake, *only, code=3).stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -7,7 +7,7 @@ import click
 from stickslip.cli.completion import completion
 from stickslip.cli.exits import Verbs
 from stickslip.cli.verbs.boundary import boundary
-from stickslip.cli.verbs.cycle import cycle
+from stickslip.cli.verbs.cycle import curve, cycle
 from stickslip.cli.verbs.explore import explore, listen
 from stickslip.cli.verbs.init import init, reduce
 from stickslip.cli.verbs.modes import modes
@@ -50,6 +50,7 @@ VERBS = (
     boundary,
     simulate,
     cycle,
+    curve,
     listen,
     study,
     report,

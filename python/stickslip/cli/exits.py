@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from stickslip.faults import InputError, StudyError
+from stickslip.faults import InputError, OrbitError, StudyError
 from stickslip.motion.errors import RunError
 
 DONE = 0
@@ -70,7 +70,7 @@ def _ended() -> Iterator[None]:
         yield
     except InputError as error:
         raise Ended(str(error), REFUSED) from error
-    except (RunError, StudyError) as error:
+    except (RunError, StudyError, OrbitError) as error:
         raise Ended(str(error), STOPPED) from error
     except KeyboardInterrupt:
         click.echo("interrupted", err=True)

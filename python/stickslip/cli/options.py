@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from stickslip.show.summary import Summary, Table
 
-#: What a start is given as.
+#: What a start and a range are given as.
+RANGE = "NAME=FROM:TO"
 START = "position.DOF=METRES or velocity.DOF=METRES_PER_SECOND"
 
 T = TypeVar("T")
@@ -132,6 +133,23 @@ def named(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
             raise click.UsageError(f"{option}: {name} is given twice")
         found[name] = value
     return found
+
+
+def ranges_of(over: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of the two parameters that `--over` gives."""
+
+    def interval(text: str) -> tuple[str, tuple[float, float]]:
+        name, _, value = text.partition("=")
+        try:
+            lower, upper = map(float, value.split(":"))
+        except ValueError:
+            raise click.BadParameter(f"expected {RANGE}, got {text!r}") from None
+        return name.strip(), (lower, upper)
+
+    ranges = named("--over", map(interval, over))
+    if len(ranges) != 2:
+        raise click.UsageError(f"--over: expected two parameters, got {len(ranges)}")
+    return ranges
 
 
 def parameter(text: str, expected: str = "NAME=VALUE with a number or [numbers]") -> tuple[str, Any]:

@@ -9,18 +9,16 @@ import click
 import stickslip as ss
 from stickslip import types
 from stickslip.cli.options import (
+    RANGE,
     Answer,
     Number,
     answer_options,
     combination_option,
     loaded,
-    named,
+    ranges_of,
     scene_argument,
     show,
 )
-
-#: What a range is given as.
-RANGE = "NAME=FROM:TO"
 
 
 @click.command()
@@ -63,10 +61,7 @@ def boundary(
     Example:
       stickslip boundary brake.toml --over friction=0:3 --over damping=1e-5:2e-4 --plot boundary.pdf
     """
-    ranges = named("--over", map(_range, over))
-    if len(ranges) != 2:
-        raise click.UsageError(f"--over: expected two parameters, got {len(ranges)}")
-    model = loaded(scene, changes).model
+    ranges, model = ranges_of(over), loaded(scene, changes).model
 
     def give(found: types.StabilityBoundary) -> None:
         answer.give(found.to_dataset, ("point",), lambda out: show(out, found.summary()), found.plot)
@@ -77,12 +72,3 @@ def boundary(
         give(interruption.partial)
         raise
     give(found)
-
-
-def _range(text: str) -> tuple[str, tuple[float, float]]:
-    name, _, value = text.partition("=")
-    try:
-        lower, upper = map(float, value.split(":"))
-    except ValueError:
-        raise click.BadParameter(f"expected {RANGE}, got {text!r}") from None
-    return name.strip(), (lower, upper)
