@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -32,8 +33,30 @@ INSTANTS, LISTED = 513, 24
 NONE = ("undecided", "unsettled", "stopped")
 
 
+class Mapped(Shown):
+    """A result that is drawn as a map of starts."""
+
+    @abstractmethod
+    def to_dataset(self) -> xr.Dataset:
+        """Return the map, and what bounds its basins if that is known."""
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the map, one shade for each attractor; return the Axes.
+
+        Of a boundary the cycles are lines and the bisected segments dots.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.cycles.diagram_figures import basins
+
+        return basins(self.to_dataset(), ax=ax)
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Basins(Shown):
+class Basins(Mapped):
     """Which attractor is reached over two initial coordinates or parameters.
 
     Attributes
@@ -146,25 +169,13 @@ class Basins(Shown):
         facts = [("starts", f"{self.map.size} over {' and '.join(map(str, self.map.dims))}")]
         return Summary(facts, [Table("Attractors", ("number", "attractor", "starts"), rows)])
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the map, one shade for each attractor; return the Axes.
-
-        Parameters
-        ----------
-        ax
-            Where to draw; None: on axes of its own.
-        """
-        from stickslip.cycles.diagram_figures import basins
-
-        return basins(self.to_dataset(), ax=ax)
-
     def __repr__(self) -> str:
         listed = "\n".join(f"  {k}: {reached!r}" for k, reached in enumerate(self.attractors))
         return f"Basins of {len(self.attractors)} attractors\n{listed}\n{self.map!r}"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class BasinBoundary(Shown):
+class BasinBoundary(Mapped):
     """What bounds the basins of a map, see `Basins.boundary`.
 
     Attributes
@@ -282,18 +293,6 @@ class BasinBoundary(Shown):
             columns = ("segment", *map(str, self.basins.map.dims), "one end", "other end")
             tables.append(Table("Bisected segments, middles", columns, segments[:LISTED]))
         return Summary(facts, tables)
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the map with the cycles as lines and the bisected segments as dots; return the Axes.
-
-        Parameters
-        ----------
-        ax
-            Where to draw; None: on axes of its own.
-        """
-        from stickslip.cycles.diagram_figures import basins
-
-        return basins(self.to_dataset(), ax=ax)
 
     def __repr__(self) -> str:
         rows = [

@@ -16,7 +16,7 @@ import numpy as np
 from stickslip.locus.band.space import BandSpace, agree
 from stickslip.locus.boundary.conditions import Condition, Divergence, Hopf, Separation, eigenvalues, margins
 from stickslip.locus.boundary.plane import Plane
-from stickslip.locus.boundary.search import FINER, Search, kind_of
+from stickslip.locus.boundary.search import FINER, Search
 from stickslip.locus.boundary.tracing import moved
 from stickslip.locus.path import Sliding
 from stickslip.modes.complex_modes import complex_modes
@@ -122,14 +122,14 @@ class BandSearch(Search):
                 elif isinstance(trace.condition, Separation):
                     self.space.take_equilibrium(scene)
                 else:
-                    near = 1j * _omega(trace.condition, y)
+                    near = 1j * trace.condition.omega(y)
                     self.space.take(scene, complex_modes(scene, self.space.letters, near=near, count=1))
                 yield
         self._rebuild()
         for k, trace in enumerate(self.traces):
             found = moved(trace, self._moved(trace.condition))
             if found is None:
-                kind = kind_of(trace.condition)[0]
+                kind = trace.condition.kind
                 self.doubts.append(f"a {kind} curve of the projected scene is not found with exact modes")
                 continue
             if isinstance(found.condition, Hopf):
@@ -168,12 +168,7 @@ class BandSearch(Search):
         basis = self.plane.basis
         assert basis is not None
         right, left = (basis @ (condition.units * x) for x in (condition.c, condition.b.conj()))
-        eigenvalue = np.array([1j * _omega(condition, y)])
+        eigenvalue = np.array([1j * condition.omega(y)])
         found = self._scene(y).core.judged_pairs(self.space.letters, eigenvalue, right[None], left[None])
         value = found["eigenvalues"][0]
         return float(abs(value.real) / abs(value))
-
-
-def _omega(condition: Condition, y: Real) -> float:
-    """Return the frequency at a point of a curve, rad/s."""
-    return float(y[2] * condition.scale) if isinstance(condition, Hopf) else 0.0

@@ -13,11 +13,11 @@ from stickslip.faults import InputError, Interrupted
 from stickslip.locus.band.path import is_large, wanted_region
 from stickslip.locus.band.plane import BandSearch
 from stickslip.locus.boundary.codimension import meetings, others, without_repetitions
-from stickslip.locus.boundary.conditions import Hopf, Separation, growing
+from stickslip.locus.boundary.conditions import Separation, growing, is_steady
 from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
 from stickslip.locus.boundary.plane import Plane
 from stickslip.locus.boundary.result import StabilityBoundary
-from stickslip.locus.boundary.search import FINER, Search, is_steady, kind_of
+from stickslip.locus.boundary.search import FINER, Search
 from stickslip.locus.boundary.tracing import Trace
 from stickslip.locus.path import Sliding
 from stickslip.scene.checks import whole_number
@@ -158,14 +158,13 @@ def boundary_of(search: Search) -> StabilityBoundary:
 def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
     condition = trace.condition
     plane = condition.plane
-    kind, contact = kind_of(condition)
-    frequency = np.full(len(trace.points), np.nan if isinstance(condition, Separation) else 0.0)
-    if isinstance(condition, Hopf):
-        frequency = np.abs(trace.points[:, 2]) * condition.scale / (2.0 * np.pi)
+    contact, frequency = condition.contact, np.full(len(trace.points), np.nan)
+    if not isinstance(condition, Separation):
+        frequency = np.array([abs(condition.omega(y)) for y in trace.points]) / (2.0 * np.pi)
     spans = np.subtract(plane.upper, plane.lower)
     beside = [others(trace, y) for y in trace.points]
     return BoundaryCurve(
-        kind=kind,
+        kind=condition.kind,
         names=plane.names,
         values=np.add(plane.lower, trace.points[:, :2] * spans),
         tangents=trace.tangents[:, :2],

@@ -48,7 +48,7 @@ def others(trace: Trace, y: Real) -> Complex:
     found = eigenvalues(plane, y)
     own: tuple[complex, ...] = ()
     if isinstance(trace.condition, Hopf):
-        omega = y[2] * trace.condition.scale
+        omega = trace.condition.omega(y)
         own = (1j * omega, -1j * omega)
     elif isinstance(trace.condition, Divergence):
         own = (0.0j,)
@@ -98,7 +98,7 @@ def _second_eigenvalue(trace: Trace, k: int, rank: int) -> list[Meeting]:
         return []
     y = found[0]
     value = others(trace, y)[rank]
-    omega = float(y[2] * condition.scale)
+    omega = condition.omega(y)
     kind: PointKind = "double_hopf"
     if abs(value.imag) <= _ZERO * omega:
         second: Condition = Divergence(condition.plane, y[:2])
@@ -135,7 +135,7 @@ def _relative(plane: Plane, y: Real) -> Real:
 
 
 def _omegas(condition: Condition, y: Real) -> tuple[float, ...]:
-    return (float(y[2] * condition.scale),) if isinstance(condition, Hopf) else ()
+    return (condition.omega(y),) if isinstance(condition, Hopf) else ()
 
 
 def _joint(conditions: list[Condition], starts: list[Real]) -> list[Real] | None:

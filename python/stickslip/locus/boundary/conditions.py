@@ -13,11 +13,13 @@ are the null vectors at the point before.
 from __future__ import annotations
 
 import warnings
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.linalg
 
+from stickslip.locus.boundary.curves import CurveKind
 from stickslip.locus.boundary.plane import Plane
 from stickslip.scene.checks import Complex, Real
 
@@ -35,29 +37,43 @@ _NEUTRAL = 1e-11
 _REGULAR = 1e8
 #: Damping of a zero eigenvalue below this part of its terms is none.
 _UNDAMPED = 1e-10
+#: Distance from a curve, of the range, that tells its two sides apart.
+_ACROSS = 1e-6
 
 
-class Condition(Protocol):
+class Condition(ABC):
     """One or two equations in two or three unknowns."""
 
+    kind: ClassVar[CurveKind]
+    #: the contact that separates
+    contact: int | None = None
     plane: Plane
     #: where it was found
     start: Real
     #: between which unknowns lie beyond the two of the square, (lowest, highest)
-    limits: tuple[float, float]
+    limits: tuple[float, float] = (0.0, np.inf)
 
+    def omega(self, y: Real) -> float:
+        """Return the frequency at a point of a Hopf curve, rad/s, zero on others."""
+        return 0.0
+
+    @abstractmethod
     def equations(self, y: Real) -> tuple[Real, Real]:
         """Return residuals (n - 1,) and their derivatives (n - 1, n)."""
 
+    @abstractmethod
     def settle(self, y: Real) -> float:
         """Take the borders from a point of the curve; return by how much the condition misses there."""
 
+    @abstractmethod
     def growth(self, y: Real) -> Real:
         """Return d/du and d/dv of what passes zero across the curve."""
 
 
-class Hopf:
+class Hopf(Condition):
     """Two eigenvalues ``+-i omega``, of the part of the spectrum that counts."""
+
+    kind = "hopf"
 
     def __init__(self, plane: Plane, place: Real, omega: float) -> None:
         self.plane, self.scale = plane, omega
@@ -71,19 +87,23 @@ class Hopf:
         left, _, right = scipy.linalg.svd(self._pencil(self.start)[0])
         self.b, self.c = left[:, -1], right[-1].conj()
 
-    def _pencil(self, y: Real) -> tuple[Complex, list[Complex], float]:
-        """Return P, its derivatives to u, v and w, and omega."""
-        omega = y[2] * self.scale
+    def omega(self, y: Real) -> float:
+        """Return the frequency at a point, rad/s."""
+        return float(y[2] * self.scale)
+
+    def _pencil(self, y: Real) -> tuple[Complex, list[Complex]]:
+        """Return P, and its derivatives to u, v and w."""
+        omega = self.omega(y)
         m, c, k = self.plane.at(y[0], y[1])[:3]
         all_parts = (k + 1j * omega * c - omega**2 * m) * self.units[:, None] * self.units
         by_omega = (1j * c[0] - 2.0 * omega * m[0]) * self.units[:, None] * self.units
-        return all_parts[0], [all_parts[1], all_parts[2], self.scale * by_omega], omega
+        return all_parts[0], [all_parts[1], all_parts[2], self.scale * by_omega]
 
     def _bordered(self, y: Real) -> Any:
         """Return g, its derivatives, x and z*; at a point of the curve those of any borders will do."""
         if self._known is not None and (self._known[0] == y).all():
             return self._known[1]
-        pencil, slopes, _ = self._pencil(y)
+        pencil, slopes = self._pencil(y)
         size = len(pencil)
         whole = np.zeros((size + 1, size + 1), dtype=complex)
         whole[:size, :size], whole[:size, size], whole[size, :size] = pencil, self.b, self.c.conj()
@@ -112,10 +132,10 @@ class Hopf:
         return np.array([(-1j * self.scale * slope / slopes[2]).real for slope in slopes[:2]])
 
 
-class Divergence:
+class Divergence(Condition):
     """An eigenvalue that is zero."""
 
-    limits = (0.0, np.inf)
+    kind = "divergence"
 
     def __init__(self, plane: Plane, place: Real) -> None:
         self.plane, self.start = plane, np.array(place, dtype=float)
@@ -163,10 +183,11 @@ class Divergence:
         return growth
 
 
-class Separation:
+class Separation(Condition):
     """The normal force of a contact, or the gap of an open one, that vanishes in steady sliding."""
 
-    limits = (0.0, np.inf)
+    kind = "separation"
+    contact: int
 
     def __init__(self, plane: Plane, place: Real, contact: int) -> None:
         self.plane, self.contact, self.start = plane, contact, np.array(place, dtype=float)
@@ -210,6 +231,28 @@ def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
     # Without load all terms vanish together; what they change by over the range remains.
     sizes = np.abs(rows[0]) @ np.abs(rest) + np.abs(offsets[0]) + np.abs(slopes).sum(axis=0)
     return np.array([rows[0] @ rest - offsets[0], *slopes]), np.maximum(sizes, 1e-300)
+
+
+def slides(plane: Plane, place: Real, but: int | None = None) -> bool:
+    """Return whether steady sliding exists at a place, whatever the margin of one contact (`but`)."""
+    values, sizes = margins(plane, place)
+    relative = values[0] / sizes
+    if but is not None:
+        relative[but] = 0.0
+    return bool((relative >= -64 * np.finfo(float).eps).all())
+
+
+def is_steady(condition: Condition, y: Real) -> bool:
+    """Return whether steady sliding exists at a point of a curve, or on one side of it.
+
+    It begins or ends at a separation, and at a divergence, where normal forces have a pole.
+    """
+    places = [y[:2]]
+    if isinstance(condition, Divergence):
+        across = condition.equations(y)[1][0]
+        step = _ACROSS * across / np.linalg.norm(across)
+        places = [y[:2] - step, y[:2] + step]
+    return any(slides(condition.plane, place, condition.contact) for place in places)
 
 
 def eigenvalues(plane: Plane, y: Real) -> Complex:

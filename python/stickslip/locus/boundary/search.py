@@ -20,14 +20,12 @@ from stickslip.locus.boundary.conditions import (
     Divergence,
     Hopf,
     Separation,
-    corrected,
     eigenvalues,
     growing,
-    margins,
+    slides,
 )
-from stickslip.locus.boundary.curves import CurveKind
 from stickslip.locus.boundary.plane import Plane
-from stickslip.locus.boundary.tracing import Trace, hermite, traced
+from stickslip.locus.boundary.tracing import Crossing, Trace, crossings, traced
 from stickslip.scene.checks import Complex, Flags, Index, Real
 
 #: Rows of the map whose counts are compared, for each line.
@@ -36,8 +34,6 @@ FINER = 4
 _SAME = 1e-6
 #: Distance to a curve, of the range, within which a count may be that of either side.
 _BESIDE = 1e-9
-#: Distance from a curve, of the range, that tells its two sides apart.
-_ACROSS = 1e-6
 #: Rounds of looking where counts contradict curves.
 _ROUNDS = 3
 #: Real parts below this part of the modulus don't tell growth from decay.
@@ -53,21 +49,6 @@ _REFINED = 8
 #: Halvings between two places of a row until it is known where a count changes, and the distance of an
 #: eigenvalue from a bound of the band, of its modulus, at which it crosses that bound there.
 _HALVINGS, _AT_BOUND = 24, 1e-5
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """Where a line meets a curve: a critical point of the line, or what the curve says."""
-
-    kind: CurveKind
-    contact: int | None
-    #: place along the line, of its range
-    place: float
-    #: rad/s, of Hopf points, else zero
-    omega: float
-    #: +1 where growth, or opening, begins as the parameter of the line grows
-    direction: int
-    steady: bool
 
 
 @dataclass
@@ -94,35 +75,39 @@ class Search:
     def run(self) -> Iterator[tuple[int, int]]:
         """Find everything; yield how many lines and rows of all are done, so that a caller may stop."""
         rows, total = FINER * self.cells, (2 + FINER) * self.cells
-        places = (np.arange(self.cells) + 0.5) / self.cells
-        for k, (axis, place) in enumerate((axis, float(place)) for axis in (0, 1) for place in places):
-            self.search(axis, place)
-            yield k + 1, total
-        wrong: list[float] = []
+        done = 0
+        for axis in (0, 1):
+            for place in _middles(self.cells):
+                self.search(axis, place)
+                done += 1
+                yield done, total
+        contradictory: list[float] = []
         neutral = self.is_neutral()
-        for k in range(rows):
-            self.growth[k], self.modes[k], agrees = self.compare((k + 0.5) / rows, rows)
-            if not agrees:
-                wrong.append((k + 0.5) / rows)
-            if wrong and neutral:
+        for k, place in enumerate(_middles(rows)):
+            self.growth[k], self.modes[k], agrees = self.compare(place, rows)
+            if not agrees and neutral:
                 raise InputError(
                     "model: a mode neither grows nor decays over all of the map, as without damping: its "
                     "flutter begins at a lock-in, which critical_points finds, and at no Hopf point"
                 )
-            yield 2 * self.cells + k + 1, total
+            contradictory += [] if agrees else [place]
+            done += 1
+            yield done, total
         for place in self._extremes():
             self.search(0, place)
             yield total, total
         for _ in range(_ROUNDS):
-            for place in wrong:
+            for place in contradictory:
                 self.search(0, place)
                 yield total, total
-            wrong = [place for place in wrong if not self.compare(place, rows)[2]]
+            contradictory = [place for place in contradictory if not self.compare(place, rows)[2]]
         if self.plane.region is not None:
-            self._leaves()
-        self._join()
+            # Along columns; along rows it is known from the comparison.
+            for place, counts in zip(_middles(rows), self.modes.T, strict=True):
+                self._departed(1, place, 2 * counts)
+        self._name_corners()
         name = self.plane.names[1]
-        for place in wrong:
+        for place in contradictory:
             self.doubts.append(f"counts contradict the curves at {name} = {self._value(1, place):.6g}")
         for bound, where in self.through.items():
             self.doubts.append(
@@ -130,7 +115,7 @@ class Search:
                 f"{self.plane.described(where[0])}, and is not counted beyond; take a wider band"
             )
 
-    def _join(self) -> None:
+    def _name_corners(self) -> None:
         """Tell curves that go on in another direction from those that could not be followed any further."""
         lost = [(trace, side) for trace in self.traces for side in (0, 1) if trace.ends[side] == "lost"]
         places = np.array([trace.points[-side][:2] for trace, side in lost]).reshape(-1, 2)
@@ -138,8 +123,8 @@ class Search:
             if np.count_nonzero(np.abs(places - place).max(axis=1) <= _CORNER) > 1:
                 trace.ends = ("corner", trace.ends[1]) if side == 0 else (trace.ends[0], "corner")
                 continue
-            kind, at = kind_of(trace.condition)[0], self.plane.described(place)
-            self.doubts.append(f"a {kind} curve could not be followed beyond {at}")
+            at = self.plane.described(place)
+            self.doubts.append(f"a {trace.condition.kind} curve could not be followed beyond {at}")
 
     def _value(self, axis: int, place: float) -> float:
         return self.plane.values((place, place))[self.plane.names[axis]]
@@ -151,7 +136,8 @@ class Search:
             if any(_same(point, other) for other in known):
                 continue
             where = np.array([point.place, place] if axis == 0 else [place, point.place])
-            trace = traced(*self._condition(point, where))
+            condition = self._condition(point, where)
+            trace = traced(condition, condition.start)
             met = [] if trace is None else crossings(trace, axis, place)
             if trace is None or not any(_same(point, other) for other in met):
                 at = self.plane.described(where)
@@ -160,16 +146,12 @@ class Search:
             known += met
             self.traces.append(trace)
 
-    def _condition(self, point: Crossing, where: Real) -> tuple[Condition, Real]:
-        condition: Hopf | Divergence | Separation
+    def _condition(self, point: Crossing, where: Real) -> Condition:
         if point.kind == "hopf":
-            condition = Hopf(self.plane, where, point.omega)
-        elif point.kind == "divergence":
-            condition = Divergence(self.plane, where)
-        else:
-            assert point.contact is not None
-            condition = Separation(self.plane, where, point.contact)
-        return condition, condition.start
+            return Hopf(self.plane, where, point.omega)
+        if point.contact is not None:
+            return Separation(self.plane, where, point.contact)
+        return Divergence(self.plane, where)
 
     def points(self, axis: int, place: float) -> list[Crossing]:
         """Return the critical points of a line, in ascending order."""
@@ -188,11 +170,9 @@ class Search:
             for kind, contact, value, eigenvalue, slope, exists in zip(
                 kinds, contacts, values, eigenvalues, slopes, steady, strict=True
             )
-            if kind == "separation" or (kind in ("hopf", "divergence") and self._counts(eigenvalue))
+            if kind == "separation"
+            or (kind in ("hopf", "divergence") and self.plane.seen(np.array([eigenvalue])).size)
         ]
-
-    def _counts(self, eigenvalue: complex) -> bool:
-        return bool(self.plane.seen(np.array([eigenvalue])).size)
 
     def crossings(self, axis: int, place: float) -> list[Crossing]:
         """Return where the known curves cross a line, in ascending order."""
@@ -201,33 +181,30 @@ class Search:
 
     def compare(self, place: float, count: int) -> tuple[Real, Index, bool]:
         """Return growth rates and numbers of growing modes along a row, and whether curves tell these."""
-        places = (np.arange(count) + 0.5) / count
+        places = np.array(_middles(count))
         rates, modes, steady = self.verdicts(places, place)
         met = self.crossings(0, place)
-        stable = [point for point in met if point.kind != "separation"]
-        steps = np.array([(2 if point.kind == "hopf" else 1) * point.direction for point in stable])
-        before = np.array([[point.place < at for point in stable] for at in places]).reshape(count, -1)
         near = np.array([any(abs(point.place - at) < _BESIDE for point in met) for at in places])
+        agrees = self._tells_counts(place, places, modes, met, near) and _tells_sliding(
+            places, steady, met, near
+        )
+        return np.where(steady, rates, np.nan), modes, agrees
+
+    def _tells_counts(
+        self, place: float, places: Real, modes: Index, met: list[Crossing], near: Flags
+    ) -> bool:
+        """Return whether numbers of growing modes change along a row only where curves cross it."""
         first = self._count(places[0], place) if modes[0] else 0
-        expected = first + before @ steps.astype(int) - (before[0] @ steps.astype(int))
+        expected = first + np.array([_begun(met, places[0], at) for at in places])
         # A growing pair is one mode, and so is a growing real eigenvalue.
         wrong = np.flatnonzero((2 * modes != expected) & ~near)
-        if wrong.size:
-            whole = np.array([self._count(places[k], place) for k in wrong])
-            if self.plane.region is not None:
-                every = np.array([self._count(at, place) for at in places])
-                whole += self._left(0, place, places, every)[wrong]
-            wrong = wrong[whole != expected[wrong]]
-        # Between neighbours; at a pole, where the stiffness is singular, forces change their sign as well.
-        flips = steady[1:] != steady[:-1]
-        kinds = np.array([point.kind if point.steady else "" for point in met], dtype=str)
-        between = np.array([(a < point.place < b) for point in met for a, b in pairwise(places)])
-        between = between.reshape(len(met), count - 1)
-        poles = between[[point.kind == "divergence" for point in met]].any(axis=0)
-        opens = between[kinds == "separation"].sum(axis=0) % 2 == 1
-        unsteady = (flips != opens) & ~poles & ~(near[1:] | near[:-1])
-        growth: Real = np.where(steady, rates, np.nan)
-        return growth, modes, not (wrong.size or unsteady.any())
+        if not wrong.size:
+            return True
+        whole = np.array([self._count(places[k], place) for k in wrong])
+        if self.plane.region is not None:
+            every = np.array([self._count(at, place) for at in places])
+            whole += self._departed(0, place, every)[wrong]
+        return bool((whole == expected[wrong]).all())
 
     def verdicts(self, places: Real, place: float) -> tuple[Real, Index, Flags]:
         """Return the largest growth rates, numbers of growing modes, and whether there is steady sliding."""
@@ -241,35 +218,38 @@ class Search:
             seen = self.plane.seen(eigenvalues(self.plane, y))
             rates[k] = seen.real.max(initial=-np.inf)
             modes[k] = growing(seen[seen.imag >= 0.0])
-            steady[k] = exists(self.plane, y)
+            steady[k] = slides(self.plane, y)
         return np.where(np.isfinite(rates), rates, np.nan), modes, steady
 
     def _count(self, u: float, v: float) -> int:
         """Return how many eigenvalues grow at a point."""
         return growing(self.plane.seen(eigenvalues(self.plane, np.array([u, v]))))
 
-    def _left(self, axis: int, place: float, places: Real, counts: Index) -> Index:
-        """Return how many growing eigenvalues have left the band since the first place of a line."""
-        met = [one for one in self.crossings(axis, place) if one.kind != "separation"]
-        left = np.zeros(places.size, dtype=int)
-        for k, (a, b) in enumerate(pairwise(places)):
-            lost = counts[k] - counts[k + 1] + _begun(met, float(a), float(b))
-            if lost and self._through(axis, place, float(a), float(b), met):
-                left[k + 1 :] += lost
-        return left
+    def _departed(self, axis: int, place: float, counts: Index) -> Index:
+        """Return how many growing eigenvalues have left the band since the first place of a line.
 
-    def _through(self, axis: int, place: float, a: float, b: float, met: list[Crossing]) -> bool:
-        """Return whether a growing eigenvalue crosses a bound of the band between a and b of a line."""
+        `counts` are those of growing eigenvalues in the band at the places of a line of the finer map.
+        """
+        places, met = _middles(counts.size), self.crossings(axis, place)
+        departed = np.zeros(counts.size, dtype=int)
+        for k, (a, b) in enumerate(pairwise(places)):
+            gone = counts[k] - counts[k + 1] + _begun(met, a, b)
+            if gone and self._passes_bound(axis, place, (a, b), met):
+                departed[k + 1 :] += gone
+        return departed
+
+    def _passes_bound(self, axis: int, place: float, ends: tuple[float, float], met: list[Crossing]) -> bool:
+        """Return whether a growing eigenvalue crosses a bound of the band between two places of a line."""
         region = self.plane.region
         assert region is not None
 
         def at(value: float) -> Real:
             return np.array([value, place] if axis == 0 else [place, value])
 
-        begin, first = a, self._count(*at(a))
+        (a, b), first = ends, self._count(*at(ends[0]))
         for _ in range(_HALVINGS):
             middle = 0.5 * (a + b)
-            same = self._count(*at(middle)) == first + _begun(met, begin, middle)
+            same = self._count(*at(middle)) == first + _begun(met, ends[0], middle)
             a, b = (middle, b) if same else (a, middle)
         found = eigenvalues(self.plane, at(b))
         found = found[found.real > _AT_BOUND * np.abs(found)]
@@ -278,13 +258,6 @@ class Search:
                 self.through.setdefault(bound, []).append(at(b))
                 return True
         return False
-
-    def _leaves(self) -> None:
-        """Find where growing modes cross a bound of the band along columns: along rows they are known."""
-        rows = len(self.growth)
-        places = (np.arange(rows) + 0.5) / rows
-        for place, counts in zip(places, self.modes.T, strict=True):
-            self._left(1, float(place), places, 2 * counts)
 
     def is_neutral(self) -> bool:
         """Return whether some mode neither grows nor decays wherever one looks."""
@@ -344,9 +317,31 @@ def _peaks(growth: Real) -> Flags:
     return highest
 
 
+def _middles(count: int) -> list[float]:
+    """Return the middles of so many cells of the unit interval."""
+    middles: list[float] = ((np.arange(count) + 0.5) / count).tolist()
+    return middles
+
+
 def _begun(met: list[Crossing], a: float, b: float) -> int:
-    """Return how many eigenvalues begin to grow between two places of a line, less those that cease to."""
-    return sum((2 if one.kind == "hopf" else 1) * one.direction for one in met if a < one.place < b)
+    """Return how many eigenvalues begin to grow from a to b of a line, less those that cease to."""
+    return sum(point.begun for point in met if a <= point.place < b)
+
+
+def _tells_sliding(places: Real, steady: Flags, met: list[Crossing], near: Flags) -> bool:
+    """Return whether steady sliding begins and ends along a row where separations say so.
+
+    At a pole, where the stiffness is singular, normal forces change their sign as well.
+    """
+    separations, poles = np.zeros(places.size - 1, dtype=int), np.zeros(places.size - 1, dtype=bool)
+    for point in met:
+        between = (places[:-1] < point.place) & (point.place < places[1:])
+        if point.kind == "divergence":
+            poles |= between
+        elif point.kind == "separation" and point.steady:
+            separations += between
+    wrong = (steady[1:] != steady[:-1]) != (separations % 2 == 1)
+    return not (wrong & ~poles & ~(near[1:] | near[:-1])).any()
 
 
 def _same(point: Crossing, other: Crossing) -> bool:
@@ -356,74 +351,3 @@ def _same(point: Crossing, other: Crossing) -> bool:
         and abs(point.place - other.place) <= _SAME
         and abs(point.omega - other.omega) <= 1e-3 * point.omega
     )
-
-
-def crossings(trace: Trace, axis: int, place: float) -> list[Crossing]:
-    """Return where a curve crosses a line along a parameter (`axis`), the other at a place."""
-    across = trace.points[:, 1 - axis] - place
-    found = []
-    for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)):
-        y = crossing_of(trace, int(k), 1 - axis, place)
-        growth = trace.condition.growth(y)[axis]
-        kind, contact = kind_of(trace.condition)
-        omega = y[2] * trace.condition.scale if isinstance(trace.condition, Hopf) else 0.0
-        direction, steady = int(np.sign(growth)), is_steady(trace.condition, y)
-        found.append(Crossing(kind, contact, float(y[axis]), float(omega), direction, steady))
-    return found
-
-
-def crossing_of(trace: Trace, k: int, axis: int, value: float) -> Real:
-    """Return the point between points k and k + 1 of a curve at which a coordinate has a value."""
-    low, high = 0.0, 1.0
-    below = trace.points[k, axis] < value
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        if (hermite(trace, k, middle)[axis] < value) == below:
-            low = middle
-        else:
-            high = middle
-    guess = hermite(trace, k, 0.5 * (low + high))
-    trace.condition.settle(trace.points[k])
-    found = corrected(trace.condition, guess, np.eye(guess.size)[axis], value)
-    ends = trace.points[k : k + 2]
-    other = 1 - axis
-    slack = 1e-9 + 1e-3 * abs(ends[1, other] - ends[0, other])
-    if found is None or not ends[:, other].min() - slack <= found[0][other] <= ends[:, other].max() + slack:
-        return guess
-    y: Real = found[0]
-    y[axis] = value
-    return y
-
-
-def kind_of(condition: Condition) -> tuple[CurveKind, int | None]:
-    """Return the kind of a curve, and the contact of a separation."""
-    if isinstance(condition, Hopf):
-        return "hopf", None
-    if isinstance(condition, Separation):
-        return "separation", condition.contact
-    return "divergence", None
-
-
-def is_steady(condition: Condition, y: Real) -> bool:
-    """Return whether steady sliding exists at a point, or on one side of it.
-
-    It begins or ends at a separation, and at a divergence, where normal forces have a pole.
-    """
-    places = [y[:2]]
-    if isinstance(condition, Divergence):
-        across = condition.equations(y)[1][0]
-        step = _ACROSS * across / np.linalg.norm(across)
-        places = [y[:2] - step, y[:2] + step]
-    for place in places:
-        if exists(condition.plane, place, condition.contact if isinstance(condition, Separation) else None):
-            return True
-    return False
-
-
-def exists(plane: Plane, place: Real, contact: int | None = None) -> bool:
-    """Return whether steady sliding exists at a place, whatever the margin of one contact."""
-    values, sizes = margins(plane, place)
-    relative = values[0] / sizes
-    if contact is not None:
-        relative[contact] = 0.0
-    return bool((relative >= -64 * np.finfo(float).eps).all())

@@ -13,7 +13,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.locus.boundary.conditions import Condition, corrected, tangent
+from stickslip.locus.boundary.conditions import Condition, corrected, is_steady, tangent
+from stickslip.locus.boundary.curves import CurveKind
 from stickslip.scene.checks import Real
 
 #: Step at most and at least, of the unit square.
@@ -56,6 +57,26 @@ class Trace:
     def closed(self) -> bool:
         """Whether it comes back to where it starts."""
         return self.ends[0] == "closed"
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a line meets a curve: a critical point of the line, or what the curve says."""
+
+    kind: CurveKind
+    contact: int | None
+    #: place along the line, of its range
+    place: float
+    #: rad/s, of Hopf points, else zero
+    omega: float
+    #: +1 where growth, or opening, begins as the parameter of the line grows
+    direction: int
+    steady: bool
+
+    @property
+    def begun(self) -> int:
+        """How many eigenvalues begin to grow as the parameter of the line grows; of a pair both do."""
+        return {"hopf": 2, "divergence": 1}.get(self.kind, 0) * self.direction
 
 
 def traced(condition: Condition, start: Real) -> Trace | None:
@@ -239,6 +260,48 @@ def hermite(trace: Trace, k: int, t: float) -> Real:
     way = float(np.linalg.norm(b - a))
     s, r = t * t * (3.0 - 2.0 * t), t * (1.0 - t)
     y: Real = a + s * (b - a) + way * r * ((1.0 - t) * trace.tangents[k] - t * trace.tangents[k + 1])
+    return y
+
+
+def crossings(trace: Trace, axis: int, place: float) -> list[Crossing]:
+    """Return where a curve crosses a line along a parameter (`axis`), the other at a place."""
+    condition, across = trace.condition, trace.points[:, 1 - axis] - place
+    found = []
+    for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)):
+        y = _crossing(trace, int(k), 1 - axis, place)
+        direction = int(np.sign(condition.growth(y)[axis]))
+        found.append(
+            Crossing(
+                condition.kind,
+                condition.contact,
+                float(y[axis]),
+                condition.omega(y),
+                direction,
+                is_steady(condition, y),
+            )
+        )
+    return found
+
+
+def _crossing(trace: Trace, k: int, axis: int, value: float) -> Real:
+    """Return the point between points k and k + 1 of a curve at which a coordinate has a value."""
+    low, high = 0.0, 1.0
+    below = trace.points[k, axis] < value
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        if (hermite(trace, k, middle)[axis] < value) == below:
+            low = middle
+        else:
+            high = middle
+    guess = hermite(trace, k, 0.5 * (low + high))
+    trace.condition.settle(trace.points[k])
+    found = corrected(trace.condition, guess, np.eye(guess.size)[axis], value)
+    ends = trace.points[k : k + 2, 1 - axis]
+    slack = 1e-9 + 1e-3 * abs(ends[1] - ends[0])
+    if found is None or not ends.min() - slack <= found[0][1 - axis] <= ends.max() + slack:
+        return guess
+    y: Real = found[0]
+    y[axis] = value
     return y
 
 
