@@ -82,10 +82,7 @@ def assemble(
 def force_vector(force: Force, dofs: Sequence[str]) -> Real:
     """Return forces as a vector (n,).
 
-    Raises
-    ------
-    InputError
-        If a dof is unknown or a number is none.
+    Raise `InputError` if a dof is unknown or a number is none.
     """
     parts: Sequence[Any] = [force] if isinstance(force, Mapping) else force  # type: ignore[assignment]
     if force is None:

@@ -45,11 +45,8 @@ def elastic_matrices(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the basis of a mesh, and the matrices that `Body.elastic` describes, by name.
 
-    Raises
-    ------
-    InputError
-        If a number is out of its range, the mesh is none of these, a point is in no cell, a cell is folded or
-        has no volume, or a body that rotates is no body of revolution.
+    Raise `InputError` if a number is out of its range, the mesh is none of these, a point is in no cell, a
+    cell is folded or has no volume, or a body that rotates is no body of revolution.
     """
     skfem = package("skfem", "Body.elastic", "fe")
     helpers = package("skfem.helpers", "Body.elastic", "fe")
@@ -207,10 +204,7 @@ class MeshParts:
 def mesh_parts(basis: Any) -> MeshParts:
     """Return points, names of the dofs, cells and surfaces of a basis of scikit-fem.
 
-    Raises
-    ------
-    InputError
-        If the element has dofs that are not at corners, or there is no name for the cells.
+    Raise `InputError` if the element has dofs that are not at corners, or there is no name for the cells.
     """
     mesh, rows = basis.mesh, np.asarray(basis.nodal_dofs)
     if rows.shape != mesh.p.shape or rows.size != basis.N:

@@ -17,10 +17,7 @@ SYMMETRY = 1e-10
 def square(argument: str, value: Any, size: int | None, sign: int) -> scipy.sparse.csr_array:
     """Return a sparse square matrix that is finite and symmetric (sign 1), skew (-1), or any (0).
 
-    Raises
-    ------
-    InputError
-        Naming the first entry that is wrong.
+    Raise `InputError` naming the first entry that is wrong.
     """
     rows = scipy.sparse.csr_array(real_matrix(argument, value), dtype=np.float64, copy=True)
     rows.sum_duplicates()

@@ -133,10 +133,7 @@ def _all_modes(scene: Scene, combination: str) -> Modes:
 def region_of(band: Sequence[float], growth: Sequence[float | None]) -> Region:
     """Return what a band in Hz and a range of growth rates in 1/s bound.
 
-    Raises
-    ------
-    InputError
-        If one is ill-posed, or nothing lies in both.
+    Raise `InputError` if one is ill-posed, or nothing lies in both.
     """
     ends = real_array("band", band, 1)
     if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1]:

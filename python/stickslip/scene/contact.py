@@ -169,11 +169,8 @@ def is_in_plane(contact: Any) -> bool:
 def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
     """Return contacts with one tangential direction each: friction in a plane as two of them.
 
-    Raises
-    ------
-    InputError
-        If the speeds or vibrations of a slider are no pairs, or the contact has something else than friction
-        under a given normal force.
+    Raise `InputError` if the speeds or vibrations of a slider are no pairs, or the contact has something else
+    than friction under a given normal force.
     """
     count = [2 if is_in_plane(contact) else 1 for contact in contacts]
     first = [sum(count[:k]) for k in range(len(count))]
@@ -287,10 +284,8 @@ def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
 def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _ContactData:
     """Return a contact as the core takes it, its directions resolved against the dof names.
 
-    Raises
-    ------
-    InputError
-        If a direction is no index below n, no dof name and no vector, or a law entry is no real number.
+    Raise `InputError` if a direction is no index below n, no dof name and no vector, or a law entry is no
+    real number.
     """
     if not isinstance(contact, Contact):
         raise InputError(f"contact {position}: expected a Contact, got {described(contact)}")
@@ -336,10 +331,7 @@ def _spring(place: str, contact: Contact, name: str) -> float | None:
 def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
     """Return the index of a dof given by index or name.
 
-    Raises
-    ------
-    InputError
-        If the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
+    Raise `InputError` if the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
     """
     if isinstance(value, str):
         if value in dofs:
@@ -357,10 +349,7 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
 def contact_index(argument: str, value: int | str, contacts: Sequence[Contact]) -> int:
     """Return the index of a contact given by index or name; an index may be a text.
 
-    Raises
-    ------
-    InputError
-        If the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
+    Raise `InputError` if the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
     """
     names = [str(label) for label in contact_labels(contacts)]
     if isinstance(value, str) and value in names:
@@ -376,10 +365,7 @@ def contact_index(argument: str, value: int | str, contacts: Sequence[Contact]) 
 def aligned(argument: str, value: Any, dofs: Sequence[str]) -> Any:
     """Return a labelled vector or matrix (pandas, xarray) in the order of the dofs, others as they are.
 
-    Raises
-    ------
-    InputError
-        If the labels of an axis are not the names or indices of all dofs.
+    Raise `InputError` if the labels of an axis are not the names or indices of all dofs.
     """
     array = value
     for axis, labels in enumerate(axis_labels(value)):
@@ -439,10 +425,7 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | l
 def direction_entries(argument: str, value: Any, dofs: Sequence[str]) -> list[tuple[int, float]]:
     """Return the entries of a direction by the index of their dofs.
 
-    Raises
-    ------
-    InputError
-        If it is no index below n, no dof name, no vector (n,) and no mapping from dofs.
+    Raise `InputError` if it is no index below n, no dof name, no vector (n,) and no mapping from dofs.
     """
     given = _direction(argument, value, dofs)
     if isinstance(given, np.ndarray):
@@ -453,10 +436,7 @@ def direction_entries(argument: str, value: Any, dofs: Sequence[str]) -> list[tu
 def entries_of(argument: str, value: Any, dofs: Sequence[str]) -> list[tuple[int, float]]:
     """Return the entries of a load by the index of their dofs, given by dofs or as a vector.
 
-    Raises
-    ------
-    InputError
-        If it is neither, or has another number of entries than there are dofs.
+    Raise `InputError` if it is neither, or has another number of entries than there are dofs.
     """
     if isinstance(value, Mapping):
         return _entries(argument, value, dofs)

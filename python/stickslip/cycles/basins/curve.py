@@ -54,10 +54,7 @@ class OrbitCurve:
     parts so short that their last coefficients are rounding (Trefethen, Approximation Theory and
     Approximation Practice, ch. 8), so that crossings are eigenvalues and areas are exact sums.
 
-    Raises
-    ------
-    OrbitError
-        If the motion is not smooth within a phase.
+    Raise `OrbitError` if the motion is not smooth within a phase.
     """
 
     def __init__(self, cycle: Cycle) -> None:

@@ -63,10 +63,8 @@ class Curve:
     def beyond(self, place: Place, length: float) -> Place:
         """Return the place of the branch a length further, across the tangent there.
 
-        Raises
-        ------
-        OrbitError
-            If Newton's method does not find it, or the events of the sequence come in another order there.
+        Raise `OrbitError` if Newton's method does not find it, or the events of the sequence come in another
+        order there.
         """
         after = self.solution(place, length)
         if after.orbit.shortest < 0.0:
@@ -131,10 +129,7 @@ def trace(
     Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977; the equations stand in
     the core), so that the branch goes on where the parameter turns back.
 
-    Raises
-    ------
-    OrbitError
-        If Newton's method does not find the orbit at the first value.
+    Raise `OrbitError` if Newton's method does not find the orbit at the first value.
     """
     begin, end = ends
     low, high = min(ends), max(ends)

@@ -135,10 +135,7 @@ def along_branch(name: str, placed: Sequence[Placed], units: dict[str, str]) -> 
 def checked_cycle(cycle: Any) -> None:
     """Refuse what is no cycle.
 
-    Raises
-    ------
-    InputError
-        Naming what it is.
+    Raise `InputError` naming what it is.
     """
     if not isinstance(cycle, Cycle):
         hint = "; its limit cycle is .limit_cycle()" if hasattr(cycle, "limit_cycle") else ""
@@ -148,10 +145,8 @@ def checked_cycle(cycle: Any) -> None:
 def first_orbit(cycle: Cycle, name: str, ends: tuple[float, float], scene_at: SceneAt) -> Cycle:
     """Return the orbit at the first value of a branch, reached in steps where it is far from the cycle's own.
 
-    Raises
-    ------
-    OrbitError
-        If it is not found, or its phases do not follow each other; the message says where to begin.
+    Raise `OrbitError` if it is not found, or its phases do not follow each other; the message says where to
+    begin.
     """
     begin, end = ends
     try:
@@ -180,10 +175,7 @@ def first_orbit(cycle: Cycle, name: str, ends: tuple[float, float], scene_at: Sc
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:
     """Return the orbit at a value from one nearby, in halved steps where Newton's method fails.
 
-    Raises
-    ------
-    OrbitError
-        If it fails however short the steps are.
+    Raise `OrbitError` if it fails however short the steps are.
     """
     try:
         return before[1].continued(scene_at(value))

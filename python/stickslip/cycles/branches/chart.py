@@ -51,10 +51,7 @@ class Plane:
     def scene(self, at: Real) -> Scene:
         """Return the scene at a point of the unit square, or a little outside.
 
-        Raises
-        ------
-        OrbitError
-            If there is none.
+        Raise `OrbitError` if there is none.
         """
         try:
             return self.family.scene({**self.fixed, **self.values(at)})
@@ -118,10 +115,7 @@ class Chart:
     def orbit(self, point: Real) -> Spot:
         """Return the orbit with some coordinates (a, c).
 
-        Raises
-        ------
-        OrbitError
-            If Newton's method does not find it.
+        Raise `OrbitError` if Newton's method does not find it.
         """
         a, c = map(float, point)
         place = self.branch(c).solution(self.place, a)
@@ -151,10 +145,7 @@ class Chart:
     def corrected(self, start: Real, direction: Real) -> tuple[Real, Spot]:
         """Return the point of the curve across a direction from a point, by the secant method.
 
-        Raises
-        ------
-        OrbitError
-            If there is none near.
+        Raise `OrbitError` if there is none near.
         """
         aside = np.array([-direction[1], direction[0]])
         spot, z, step, last = self.orbit(start), 0.0, DIFFERENCE, np.inf

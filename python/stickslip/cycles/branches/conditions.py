@@ -86,10 +86,7 @@ class Condition:
     def of(cls, point: BranchPoint) -> Condition:
         """Return the condition that holds at a point of a branch.
 
-        Raises
-        ------
-        OrbitError
-            If no event function touches zero in the orbit of a change of the sequence.
+        Raise `OrbitError` if no event function touches zero in the orbit of a change of the sequence.
         """
         if point.kind not in ("grazing", "switching"):
             return cls(point.kind)

@@ -95,10 +95,7 @@ class Side:
 def started(spot: Spot, along: Real) -> Node:
     """Return the node of a curve near an orbit, `along` the axis that its branch does not follow.
 
-    Raises
-    ------
-    OrbitError
-        If the condition is not met near.
+    Raise `OrbitError` if the condition is not met near.
     """
     chart, ahead = Chart(spot, along, spot.place), np.array([0.0, 1.0])
     chart = Chart.at(chart.corrected(np.zeros(2), ahead)[1], along)
@@ -177,10 +174,7 @@ def _shortened(before: Node, length: float) -> Step | None:
 def _step(before: Node, length: float) -> Step | None:
     """Return a step of a length; None where the curve bends too far in it.
 
-    Raises
-    ------
-    OrbitError
-        If an orbit on the way is not found.
+    Raise `OrbitError` if an orbit on the way is not found.
     """
     after = before.renewed(before.spot_at(length)[1])
     if before.heading.size != after.heading.size or before.heading @ after.heading < BEND:

@@ -37,10 +37,8 @@ def bulk_constraints(path: Path, points: Mapping[int, Any], dofs: Set[Dof]) -> C
     dofs
         Displacements that the matrices have.
 
-    Raises
-    ------
-    InputError
-        If the points of the file are in another system than the basic one, or a card is damaged.
+    Raise `InputError` if the points of the file are in another system than the basic one, or a card is
+    damaged.
     """
     return _Bulk(list(_cards(path)), points, dofs).found
 

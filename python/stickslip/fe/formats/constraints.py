@@ -114,11 +114,8 @@ def eliminate(
         Whether the solver has eliminated the relations; None: it has, if the first displacement of one is
         missing among `dofs` and not held.
 
-    Raises
-    ------
-    InputError
-        If the solver has eliminated only some relations, a relation contradicts others, or a displacement
-        is neither in the matrices nor held, and no relation says what it is.
+    Raise `InputError` if the solver has eliminated only some relations, a relation contradicts others, or a
+    displacement is neither in the matrices nor held, and no relation says what it is.
     """
     return _Rows(constraints, dofs, local).eliminated(by_solver)
 
@@ -146,10 +143,7 @@ def constrained(
     local, by_solver
         As in `eliminate`.
 
-    Raises
-    ------
-    InputError
-        As `eliminate`, or if a constraint is not covered and the solver has not eliminated it.
+    Raise `InputError` as `eliminate`, or if a constraint is not covered and the solver has not eliminated it.
     """
     dofs = [(int(node), int(k)) for node, k in (name.split(".") for name in names)]
     found = eliminate(constraints, dofs, local=local, by_solver=by_solver)
@@ -184,10 +178,7 @@ def constrained(
 def axes_of(place: str, first: Real, second: Real) -> Real:
     """Return axes as rows, (3, 3): along a vector, in the plane with a second one, and across both.
 
-    Raises
-    ------
-    InputError
-        If the vectors are parallel.
+    Raise `InputError` if the vectors are parallel.
     """
     across = np.cross(first, second)
     length = np.linalg.norm(first) * np.linalg.norm(second)

@@ -89,10 +89,7 @@ class Deck:
     def nodes(self, place: str, name: str) -> list[int]:
         """Return the nodes of a set, or the node of a number.
 
-        Raises
-        ------
-        InputError
-            If there is no such set.
+        Raise `InputError` if there is no such set.
         """
         if name in self.sets:
             return self.sets[name]
@@ -119,10 +116,7 @@ class Deck:
 def read_deck(path: Path) -> Deck:
     """Return node numbers, boundary conditions, constraints, sets and surfaces of a deck.
 
-    Raises
-    ------
-    InputError
-        If a node has no number or comes twice, or an element has too few nodes.
+    Raise `InputError` if a node has no number or comes twice, or an element has too few nodes.
     """
     deck = Deck()
     sets, solids, groups = deck.sets, dict[int, list[int]](), defaultdict[str, list[int]](list)
@@ -171,10 +165,8 @@ def read_deck(path: Path) -> Deck:
 def numbered_mesh(mesh: Any) -> tuple[dict[int, Any], dict[str, Any], Deck | None]:
     """Return points by node number, cells as node numbers, and the deck of a mesh of meshio.
 
-    Raises
-    ------
-    InputError
-        If there is no such file, meshio cannot read it, or it reads other nodes than the deck has.
+    Raise `InputError` if there is no such file, meshio cannot read it, or it reads other nodes than the deck
+    has.
     """
     deck = None
     if isinstance(mesh, str | Path):

@@ -20,11 +20,8 @@ ROUNDING = 1e-10
 def read_lines(path: Path) -> list[str]:
     """Return the lines of a text file.
 
-    Raises
-    ------
-    InputError
-        If there is no such file, it is none (a pipe) or no text, or it ends in the middle of a line: it
-        was cut off.
+    Raise `InputError` if there is no such file, it is none (a pipe) or no text, or it ends in the middle of a
+    line: it was cut off.
     """
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError(f"{path}: expected a regular file")
@@ -60,10 +57,7 @@ class Entries:
     def checked(self, size: int) -> Entries:
         """Return the entries of a matrix of so many rows.
 
-        Raises
-        ------
-        InputError
-            If one is outside, not finite, or comes twice.
+        Raise `InputError` if one is outside, not finite, or comes twice.
         """
         outside = (self.rows < 0) | (self.columns < 0) | (self.rows >= size) | (self.columns >= size)
         self.refuse(outside, f"outside a matrix of {size} rows")
@@ -77,10 +71,7 @@ class Entries:
     def triangle(self, size: int, which: str) -> tuple[scipy.sparse.csr_array, str]:
         """Return a symmetric matrix of which the file holds one triangle, and what was mirrored.
 
-        Raises
-        ------
-        InputError
-            If an entry of the other triangle is there, or one is wrong.
+        Raise `InputError` if an entry of the other triangle is there, or one is wrong.
         """
         self.checked(size)
         other = self.rows > self.columns if which == "upper" else self.rows < self.columns
@@ -103,10 +94,7 @@ class Entries:
     def full(self, size: int) -> scipy.sparse.csr_array:
         """Return the matrix of all entries that the file holds.
 
-        Raises
-        ------
-        InputError
-            If an entry is wrong.
+        Raise `InputError` if an entry is wrong.
         """
         self.checked(size)
         return scipy.sparse.coo_array((self.values, (self.rows, self.columns)), shape=(size, size)).tocsr()
@@ -114,10 +102,7 @@ class Entries:
     def either(self, size: int) -> tuple[scipy.sparse.csr_array, str]:
         """Return the matrix of a file that holds one triangle or all entries, told by what is there.
 
-        Raises
-        ------
-        InputError
-            If some entries have a mirrored one and others have none, or an entry is wrong.
+        Raise `InputError` if some entries have a mirrored one and others have none, or an entry is wrong.
         """
         self.checked(size)
         off = self.rows != self.columns
@@ -139,10 +124,7 @@ def table(
 
     Empty lines are left out.
 
-    Raises
-    ------
-    InputError
-        If a line has another number of fields, or one that is no number.
+    Raise `InputError` if a line has another number of fields, or one that is no number.
     """
     kept = [(k + 1, line) for k, line in enumerate(lines) if k >= first and line.strip()]
     numbers = np.array([k for k, _ in kept], dtype=np.int64)
@@ -166,10 +148,7 @@ def table(
 def whole(path: Path, column: Real, lines: NDArray[np.int64], what: str) -> NDArray[np.int64]:
     """Return a column of whole numbers.
 
-    Raises
-    ------
-    InputError
-        Naming the line of one that is none.
+    Raise `InputError` naming the line of one that is none.
     """
     wrong = ~(np.abs(column) < 2.0**53) | (column != np.round(column))
     if wrong.any():
@@ -181,10 +160,7 @@ def whole(path: Path, column: Real, lines: NDArray[np.int64], what: str) -> NDAr
 def coordinates(path: Path, lines: Sequence[str], first: int) -> Entries:
     """Return the entries of lines ``row column value`` from the place `first` on, counted from 1.
 
-    Raises
-    ------
-    InputError
-        If a line is something else.
+    Raise `InputError` if a line is something else.
     """
     found, numbers = table(path, lines, first, 3)
     rows = whole(path, found[:, 0], numbers, "row")
@@ -195,10 +171,7 @@ def coordinates(path: Path, lines: Sequence[str], first: int) -> Entries:
 def check_triangles(place: str, matrix: scipy.sparse.csr_array) -> None:
     """Refuse a matrix all of whose coupling is in one triangle: the other one was not written.
 
-    Raises
-    ------
-    InputError
-        Beginning with `place`.
+    Raise `InputError` beginning with `place`.
     """
     entries = matrix.tocoo()
     sides = np.sign(entries.coords[1] - entries.coords[0])[entries.data != 0.0]

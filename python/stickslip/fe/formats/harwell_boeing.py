@@ -31,10 +31,7 @@ LABELS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 def read_mapping(path: Path) -> tuple[str, ...]:
     """Return the names of the dofs of a mapping file of Ansys: a head, and lines ``equation node label``.
 
-    Raises
-    ------
-    InputError
-        If a line is another one, or an equation comes out of order.
+    Raise `InputError` if a line is another one, or an equation comes out of order.
     """
     found: list[str] = []
     for number, line in enumerate(read_lines(path)[1:], 2):
@@ -54,11 +51,8 @@ def read_mapping(path: Path) -> tuple[str, ...]:
 def read_harwell_boeing(path: Path) -> tuple[scipy.sparse.csr_array, str]:
     """Return the matrix of a file, and what was mirrored.
 
-    Raises
-    ------
-    InputError
-        If the file is damaged, has another number of lines or entries than its head says, is complex,
-        rectangular or elemental, or holds an entry twice or in the other triangle.
+    Raise `InputError` if the file is damaged, has another number of lines or entries than its head says, is
+    complex, rectangular or elemental, or holds an entry twice or in the other triangle.
     """
     lines = read_lines(path)
     while lines and not lines[-1].strip():

@@ -41,10 +41,8 @@ def read_punch(path: Path) -> dict[str, tuple[scipy.sparse.csr_array, tuple[str,
 
     A scalar point, whose direction is 0, has the direction 1.
 
-    Raises
-    ------
-    InputError
-        If a matrix is complex, rectangular or not announced, or a card is damaged. It names file and line.
+    Raise `InputError` if a matrix is complex, rectangular or not announced, or a card is damaged. It names
+    file and line.
     """
     matrices: dict[str, _Matrix] = {}
     current: tuple[_Matrix, tuple[int, int]] | None = None

@@ -211,10 +211,7 @@ def read(
 def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
     """Return for each file what it holds, by its name.
 
-    Raises
-    ------
-    InputError
-        If a name does not say it, or two say the same.
+    Raise `InputError` if a name does not say it, or two say the same.
     """
     found: dict[str, str] = {}
     for file in files:

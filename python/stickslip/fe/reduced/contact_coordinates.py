@@ -58,10 +58,7 @@ class Matrices:
 def contact_matrices(scene: Scene) -> Matrices:
     """Return the matrices of a scene in contact coordinates.
 
-    Raises
-    ------
-    InputError
-        If directions of contacts depend on one another.
+    Raise `InputError` if directions of contacts depend on one another.
     """
     kinds, directions = contact_directions(scene)
     transform = _transform(directions)

@@ -53,10 +53,7 @@ class CraigBampton:
     def model(self, count: int, added: Complex | None = None) -> Model:
         """Return the reduced matrices with so many modes, and with complex shapes (n, k) in their basis.
 
-        Raises
-        ------
-        InputError
-            If a mode is a free motion, or the inertia left at the contacts is not positive.
+        Raise `InputError` if a mode is a free motion, or the inertia left at the contacts is not positive.
         """
         scene, matrices, b = self.scene, self.matrices, self.matrices.count
         squares, shapes = self.modes(count)
@@ -124,10 +121,7 @@ class CraigBampton:
 def _inertia(left: Real, boundary: Boundary, kinds: tuple[Coordinate, ...]) -> tuple[Real, str]:
     """Return the inertia at the contacts that is kept, and how it was lumped.
 
-    Raises
-    ------
-    InputError
-        If it is not positive.
+    Raise `InputError` if it is not positive.
     """
     if boundary == "consistent":
         if not np.linalg.eigvalsh(left).min() > 0.0:

@@ -28,10 +28,7 @@ class LowestModes:
     The space of ``(K + shift M)^-1 M``, with eigenvalues ``theta = 1 / (w^2 + shift)``, is kept and goes on
     where more modes are asked for.
 
-    Raises
-    ------
-    RuntimeError
-        If ``K + shift M`` is singular.
+    Raise `RuntimeError` if ``K + shift M`` is singular.
     """
 
     def __init__(self, stiffness: Any, mass: Any, shift: float) -> None:
@@ -52,10 +49,7 @@ class LowestModes:
     def __call__(self, count: int) -> tuple[Real, Real]:
         """Return squares of angular frequencies, ascending, and shapes (n, count).
 
-        Raises
-        ------
-        InputError
-            If there are fewer.
+        Raise `InputError` if there are fewer.
         """
         self._extend(lambda squares: squares.size >= count)
         if self._squares.size < count:

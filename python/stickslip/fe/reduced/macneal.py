@@ -75,10 +75,7 @@ class MacNeal:
     def model(self, count: int) -> Model:
         """Return the reduced matrices with so many modes of the structure, and the further ones.
 
-        Raises
-        ------
-        InputError
-            If directions of contacts depend on one another.
+        Raise `InputError` if directions of contacts depend on one another.
         """
         scene, b = self.scene, len(self.kinds)
         squares, shapes = self.modes(count)

@@ -362,10 +362,7 @@ def reduce(
 def _combination_of(modes: Modes, scene: Scene, combination: str | None) -> str:
     """Return the combination of modes.
 
-    Raises
-    ------
-    InputError
-        If they are not modes of the scene in the combination that is asked for.
+    Raise `InputError` if they are not modes of the scene in the combination that is asked for.
     """
     if not isinstance(modes, Modes) or modes.scene is not scene:
         raise InputError("full_modes: expected the modes of the scene that is reduced, of this very object")

@@ -76,10 +76,7 @@ class Slot(NamedTuple):
 class Family:
     """The scenes that a model gives for the values of its parameters.
 
-    Raises
-    ------
-    InputError
-        If it is neither.
+    Raise `InputError` if it is neither.
     """
 
     #: A `Scene`, or a function from keywords to one; a `functools.partial` sets some of them.
