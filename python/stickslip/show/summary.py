@@ -70,11 +70,12 @@ def _columns(table: Table) -> str:
 def _aligned(column: list[str]) -> list[str]:
     """Return the cells of a column, the first its heading, as wide as the widest, numbers to the right."""
     width = max(map(len, column))
-    numbers = column[1:] and all(map(_is_number, filter(None, column[1:])))
+    numbers = column[1:] and all(map(is_number, filter(None, column[1:])))
     return [f"{text:>{width}}" if numbers else f"{text:<{width}}" for text in column]
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Return whether a text is a real number."""
     try:
         float(text)
     except ValueError:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.faults import InputError
-from stickslip.fe.formats.constraints import Constraints, Dof, Relation, axes_of
+from stickslip.fe.formats.constraints import Constraints, Dof, Relation, axes_of, cylinder_axes, place_of
 from stickslip.fe.formats.punch import fields_of, number_of
 from stickslip.scene.checks import Real
 
@@ -94,21 +94,15 @@ class _Bulk:
             )
         a, b, c = np.array([number_of(where, one or "0") for one in fields[2:11]]).reshape(3, 3)
         if head == "CORD2C":
-            arm, axis = self.point(place, node) - a, b - a
-            return axes_of(place, arm - arm @ axis / (axis @ axis) * axis, np.cross(axis, arm))
+            return cylinder_axes(place, a, b, place_of(self.points, place, node))
         # Rows along z, x and y.
         return axes_of(where, b - a, c - a)[[1, 2, 0]]
 
     def axes(self, node: int) -> Real:
         return self.found.axes.get(node, np.eye(3))
 
-    def point(self, place: str, node: int) -> Real:
-        if node not in self.points:
-            raise InputError(f"{place}: there is no node {node}")
-        return np.asarray(self.points[node], dtype=float)
-
     def arm(self, place: str, node: int, reference: int) -> Real:
-        return self.point(place, node) - self.point(place, reference)
+        return place_of(self.points, place, node) - place_of(self.points, place, reference)
 
     def mpc(self, place: str, fields: list[str]) -> Iterator[Relation]:
         # Node, direction and factor, two of them in every eight fields, which begin and end with others.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.fe.formats.constraints import Constraints, Dof, Relation, axes_of
+from stickslip.fe.formats.constraints import Constraints, Dof, Relation, axes_of, cylinder_axes, place_of
 from stickslip.fe.formats.deck import Card, Deck
 from stickslip.fe.pairs import feet
 from stickslip.fe.surface import Surface
@@ -56,17 +56,8 @@ class _Cards:
         found: NDArray[np.int64] = np.vectorize(self.places.__getitem__, otypes=[np.int64])(nodes)
         return found
 
-    def point(self, place: str, node: int) -> Real:
-        if node not in self.points:
-            raise InputError(f"{place}: there is no node {node}")
-        where = np.asarray(self.points[node], dtype=float)
-        return np.pad(where, (0, 3 - where.size))
-
-    def nodes(self, place: str, name: str) -> list[int]:
-        return self.deck.nodes(place, name)
-
     def one(self, place: str, name: str) -> int:
-        nodes = self.nodes(place, name)
+        nodes = self.deck.nodes(place, name)
         if len(nodes) != 1:
             raise InputError(f"{place}: {name!r} has {len(nodes)} nodes; write a line per node")
         return nodes[0]
@@ -130,7 +121,7 @@ class _Cards:
     def surface(self, place: str, name: str) -> Surface:
         if name in self.deck.faces:
             return Surface(self.mesh, name, self._places(self.deck.faces[name]))
-        return Surface(self.mesh, name, self._places(sorted(self.nodes(place, name))))
+        return Surface(self.mesh, name, self._places(sorted(self.deck.nodes(place, name))))
 
     def rigid_body(self, card: Card) -> Iterator[Relation]:
         """Read a rigid body: nodes follow a reference node and the rotation of a node, or of itself."""
@@ -145,12 +136,12 @@ class _Cards:
             raise InputError(
                 f"{card.place}: no dofs rotate the reference node {reference}; name its ROT NODE"
             )
-        for node in self.nodes(card.place, card.options["NSET"]):
+        for node in self.deck.nodes(card.place, card.options["NSET"]):
             if node != reference:
                 yield from self.rigid(card.place, node, reference, rotations)
 
     def rigid(self, place: str, node: int, reference: int, rotations: Sequence[Dof]) -> Iterator[Relation]:
-        arm = self.point(place, node) - self.point(place, reference)
+        arm = place_of(self.points, place, node) - place_of(self.points, place, reference)
         for relation in rigid_relations(place, node, reference, rotations, arm):
             direction = relation.terms[0][0][1]
             if direction in self.directions or (node, direction) in self.dofs:
@@ -162,16 +153,16 @@ class _Cards:
             others = [self.one(card.place, name) for name in names[1:]]
             if kind not in ("PIN", "TIE", "LINEAR", "BEAM") or len(others) != 1 + (kind == "LINEAR"):
                 raise InputError(f"{card.place}: {', '.join([kind, *names])} is not read; write *EQUATION")
-            for node in self.nodes(card.place, names[0]):
+            for node in self.deck.nodes(card.place, names[0]):
                 if kind == "BEAM":
                     rotations = [(others[0], k) for k in (4, 5, 6)]
                     yield from self.rigid(card.place, node, others[0], rotations)
                     continue
                 parts = [1.0]
                 if kind == "LINEAR":
-                    start, end = (self.point(card.place, other) for other in others)
+                    start, end = (place_of(self.points, card.place, other) for other in others)
                     line = end - start
-                    along = float((self.point(card.place, node) - start) @ line / (line @ line))
+                    along = float((place_of(self.points, card.place, node) - start) @ line / (line @ line))
                     parts = [1.0 - along, along]
                 for k in range(1, 7):
                     if k in self.directions or (node, k) in self.dofs:
@@ -185,12 +176,12 @@ class _Cards:
         if kind not in ("R", "C") or numbers.shape != (6,) or "NSET" not in card.options:
             raise InputError(f"{card.place}: expected NSET=, TYPE=R or C, and six numbers")
         first, second = numbers[:3], numbers[3:]
-        for node in self.nodes(card.place, card.options["NSET"]):
-            along, aside = first, second
+        for node in self.deck.nodes(card.place, card.options["NSET"]):
             if kind == "C":
-                axis, arm = second - first, self.point(card.place, node) - first
-                along, aside = arm - arm @ axis / (axis @ axis) * axis, np.cross(axis, arm)
-            self.found.axes[node] = axes_of(card.place, along, aside)
+                point = place_of(self.points, card.place, node)
+                self.found.axes[node] = cylinder_axes(card.place, first, second, point)
+            else:
+                self.found.axes[node] = axes_of(card.place, first, second)
         return iter(())
 
 

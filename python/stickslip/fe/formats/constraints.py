@@ -189,6 +189,26 @@ def axes_of(place: str, first: Real, second: Real) -> Real:
     return axes
 
 
+def cylinder_axes(place: str, start: Real, end: Real, point: Real) -> Real:
+    """Return radial, tangential and axial direction, as rows, at a point about the axis from start to end.
+
+    Raise `InputError` if the point lies on the axis.
+    """
+    axis, arm = end - start, point - start
+    return axes_of(place, arm - arm @ axis / (axis @ axis) * axis, np.cross(axis, arm))
+
+
+def place_of(points: Mapping[int, Any], place: str, node: int) -> Real:
+    """Return where a node lies, (3,); a plane model lies at z = 0.
+
+    Raise `InputError` if there is no such node.
+    """
+    if node not in points:
+        raise InputError(f"{place}: there is no node {node}")
+    where = np.asarray(points[node], dtype=float)
+    return np.pad(where, (0, 3 - where.size))
+
+
 def _name(dof: Dof) -> str:
     return f"{dof[0]}.{dof[1]}"
 

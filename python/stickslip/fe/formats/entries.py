@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described
+from stickslip.show.summary import is_number
 
 #: Relative difference of entries that mirror each other up to which a file of limited digits is symmetric.
 ROUNDING = 1e-10
@@ -46,6 +47,15 @@ class Entries:
     columns: NDArray[np.int64]
     values: Real
     lines: NDArray[np.int64]
+
+    @classmethod
+    def of_dofs(
+        cls, path: Path, ends: NDArray[np.int64], values: Real, lines: NDArray[np.int64]
+    ) -> tuple[Entries, tuple[str, ...]]:
+        """Return entries given by node and direction of row and column, (k, 2, 2), and names of the dofs."""
+        dofs, at = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+        rows, columns = at.reshape(-1, 2).T
+        return cls(path, rows, columns, values, lines), tuple(f"{node}.{k}" for node, k in dofs)
 
     def refuse(self, which: NDArray[np.bool_], what: str) -> None:
         """Raise an error at the first entry that is chosen, if there is one."""
@@ -138,7 +148,7 @@ def table(
         return found, numbers
     for number, line in kept:
         fields = line.split(delimiter)
-        if len(fields) != columns or not all(_is_number(field) for field in fields):
+        if len(fields) != columns or not all(map(is_number, fields)):
             raise InputError(
                 f"{path}, line {number}: expected {columns} numbers, got {described(line.strip())}"
             )
@@ -198,11 +208,3 @@ def symmetric_parts(
         skew,
         f"{name}: unsymmetric, split into symmetric and skew part (largest entry {size:.3g})",
     )
-
-
-def _is_number(field: str) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True

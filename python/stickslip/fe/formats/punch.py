@@ -119,14 +119,10 @@ def number_of(place: str, told: str) -> float:
 def _assembled(path: Path, name: str, matrix: _Matrix) -> tuple[scipy.sparse.csr_array, tuple[str, ...], str]:
     if not matrix.values:
         raise InputError(f"{path}: the matrix {name} has no entries")
-    ends = np.array([matrix.rows, matrix.columns]).transpose(1, 0, 2).reshape(-1, 2)
-    dofs, at = np.unique(ends, axis=0, return_inverse=True)
-    at = at.reshape(-1, 2)
-    lines = np.array(matrix.lines, dtype=np.int64)
-    entries = Entries(path, at[:, 0], at[:, 1], np.array(matrix.values), lines)
-    names = tuple(f"{node}.{direction}" for node, direction in dofs)
+    ends = np.array([matrix.rows, matrix.columns]).transpose(1, 0, 2)
+    entries, names = Entries.of_dofs(path, ends, np.array(matrix.values), np.array(matrix.lines))
+    size = len(names)
     if matrix.form == SYMMETRIC:
-        found, note = entries.either(len(dofs))
+        found, note = entries.either(size)
         return found, names, note.replace(path.name, f"{path.name}, {name}")
-    size = len(dofs)
     return entries.full(size), names, f"{path.name}, {name}: all entries of {size} x {size}, nothing mirrored"

@@ -312,14 +312,12 @@ def _matrix_input(path: Path, lines: list[str]) -> Found:
         if (wrong := (column < 1) | (column > 6)).any():
             k = int(np.flatnonzero(wrong)[0])
             raise InputError(f"{path}, line {numbers[k]}: expected a direction 1 to 6, got {column[k]}")
-    ends = np.stack([columns[0], columns[1], columns[2], columns[3]], axis=1).reshape(-1, 2)
-    keys, at = np.unique(ends, axis=0, return_inverse=True)
-    at = at.reshape(-1, 2)
-    entries = Entries(path, at[:, 0], at[:, 1], found[:, 4], numbers)
-    if not len(keys):
+    ends = np.stack(columns, axis=1).reshape(-1, 2, 2)
+    entries, names = Entries.of_dofs(path, ends, found[:, 4], numbers)
+    if not names:
         raise InputError(f"{path}: no entries")
-    matrix, note = entries.either(len(keys))
-    return Found(matrix, tuple(f"{node}.{direction}" for node, direction in keys), note)
+    matrix, note = entries.either(len(names))
+    return Found(matrix, names, note)
 
 
 def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
