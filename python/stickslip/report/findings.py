@@ -18,7 +18,7 @@ from stickslip.faults import InputError
 from stickslip.locus.boundary.boundary import stability_boundary
 from stickslip.locus.boundary.result import StabilityBoundary
 from stickslip.locus.critical import critical_points
-from stickslip.locus.points import CriticalPoint
+from stickslip.locus.points import CriticalPoints
 from stickslip.locus.sweep import sweep
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
@@ -32,7 +32,7 @@ from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.parameters.family import Model
 from stickslip.scene.parameters.values import axis, checked_parameters
 from stickslip.scene.scene import Scene
-from stickslip.scene.state import State, steady_sliding
+from stickslip.scene.state import Equilibrium, State, steady_sliding
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
@@ -70,7 +70,7 @@ class Findings:
     #: What the report is about.
     scene: Scene
     title: str
-    equilibrium: State | None
+    equilibrium: Equilibrium | None
     #: Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
     #: their sliders drive them (in positive sliding where a slider rests).
     modes: Modes
@@ -78,7 +78,7 @@ class Findings:
     #: where friction depends on it, and where their kind changes.
     parameter: str
     loci: xr.Dataset | None
-    critical: list[CriticalPoint]
+    critical: CriticalPoints
     #: The curves over two parameters on which stability ends; None also where none were asked for.
     boundary: StabilityBoundary | None
     #: The disturbed start and the motion from there.
@@ -196,7 +196,7 @@ def findings(
     )
 
 
-def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
+def _equilibrium(scene: Scene, reasons: dict[str, str]) -> Equilibrium | None:
     try:
         return steady_sliding(scene)
     except InputError as error:
@@ -214,9 +214,10 @@ def _loci(
     model: Model,
     parameters: Mapping[str, Any] | None,
     reasons: dict[str, str],
-) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
+) -> tuple[str, xr.Dataset | None, CriticalPoints]:
     """Return the parameter of the loci, branches and critical points over it."""
     refused: Any = (InputError, RunError)
+    nothing = "", None, CriticalPoints("", [], {})
     if parameters:
         if len(parameters) != 1:
             raise InputError(f"parameters: expected one or two, got {list(parameters)}")
@@ -224,18 +225,18 @@ def _loci(
         # What is wrong with a parameter that was asked for is no remark of the page.
         refused = RunError
     elif (found := _own_parameter(scene, modes, reasons)) is None:
-        return "", None, []
+        return nothing
     else:
         model, name, values = found
     ends = float(np.min(values)), float(np.max(values))
     try:
         branches = sweep(model, {name: values}, combination=modes.combination, progress=False)
         if ends[0] == ends[1]:
-            return name, branches, []
-        return name, branches, list(critical_points(model, {name: ends}, combination=modes.combination))
+            return name, branches, CriticalPoints(name, [], {})
+        return name, branches, critical_points(model, {name: ends}, combination=modes.combination)
     except refused as error:
         reasons["loci"] = f"no loci: {error}"
-        return "", None, []
+        return nothing
 
 
 def _own_parameter(scene: Scene, modes: Modes, reasons: dict[str, str]) -> tuple[Model, str, Real] | None:

@@ -12,9 +12,7 @@ from stickslip.modes.modes import Modes
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.drawing.schematic import schematic
-from stickslip.scene.elements import described_elements
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.law import FrictionLaw
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
 from stickslip.show.plots import figure_of
@@ -22,61 +20,11 @@ from stickslip.show.units import LENGTHS, suited
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
-#: Columns of the table of contacts that only some scenes have, and the fields that they show.
-FURTHER = {
-    "normal force, N": "normal_force",
-    "normal stiffness, N/m": "normal_stiffness",
-    "tangential stiffness, N/m": "tangential_stiffness",
-}
-KINDS = {
-    "hopf": "Hopf point",
-    "divergence": "divergence",
-    "lock_in": "lock-in",
-    "crossing": "crossing of the largest real parts",
-    "separation": "contact lost or regained",
-}
 
 
 def scene_section(found: Findings) -> Markup:
     """Return the scene: contacts, loads, matrices."""
-    scene = found.scene
-    damping = scene.damping
-    if damping is None:
-        damped = "none"
-    elif isinstance(damping, Rayleigh):
-        damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
-    else:
-        damped = "a matrix"
-    columns = {heading: [getattr(one, field) for one in scene.contacts] for heading, field in FURTHER.items()}
-    further = {heading: numbers for heading, numbers in columns.items() if set(numbers) - {None}}
-    contacts = table(
-        "Contacts",
-        [
-            "contact",
-            "tangential",
-            "normal",
-            "friction",
-            "static friction",
-            "slider speed, m/s",
-            "restitution",
-            "gap at x = 0, m",
-            *further,
-        ],
-        [
-            [
-                str(label),
-                _direction(scene.tangential_direction(i), scene.dofs),
-                _direction(scene.normal_direction(i), scene.dofs),
-                repr(contact.friction) if isinstance(contact.friction, FrictionLaw) else contact.friction,
-                contact.holding,
-                contact.slider_speed,
-                contact.restitution,
-                contact.gap,
-                *("" if numbers[i] is None else numbers[i] for numbers in further.values()),
-            ]
-            for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
-        ],
-    )
+    scene, summary = found.scene, found.scene.summary()
     lumped = scene.mass if scene.mass.ndim == 1 else scene.mass.diagonal()
     loads = table(
         "Mass and constant force of every dof"
@@ -84,16 +32,12 @@ def scene_section(found: Findings) -> Markup:
         ["dof", "mass, kg", "force, N"],
         [[name, float(m), float(f)] for name, m, f in zip(scene.dofs, lumped, scene.force, strict=True)],
     )
-    described = [list(row) for row in described_elements(scene.elements, scene.dofs)]
-    elements = (
-        table("Springs and dampers beside the matrices", ["name", "element"], described) if described else ""
-    )
     matrices = []
     if scene.size <= PRINTED:
         named = {
             "Stiffness matrix, N/m": scene.stiffness,
             "Mass matrix, kg": scene.mass if scene.mass.ndim == 2 else None,
-            "Damping matrix, N s/m": None if isinstance(damping, Rayleigh) else damping,
+            "Damping matrix, N s/m": None if isinstance(scene.damping, Rayleigh) else scene.damping,
             "Gyroscopic matrix, N s/m": scene.gyroscopic,
             "Circulatory matrix, N/m": scene.circulatory,
         }
@@ -106,16 +50,8 @@ def scene_section(found: Findings) -> Markup:
     return section(
         "scene",
         "Scene",
-        facts(
-            [
-                ("degrees of freedom", str(scene.size)),
-                ("contacts", str(len(scene.contacts))),
-                ("damping", damped),
-                ("Coulomb impulse at impacts", "yes" if scene.impact_friction else "no"),
-            ]
-        ),
-        contacts if scene.contacts else "",
-        elements,
+        facts([*summary.facts, ("Coulomb impulse at impacts", "yes" if scene.impact_friction else "no")]),
+        *(one.html() for one in summary.tables if one.rows),
         details("Masses, forces, matrices", loads, *matrices),
     )
 
@@ -129,14 +65,6 @@ def equilibrium_section(found: Findings) -> Markup:
             note(f"There is no steady sliding: {found.reasons['equilibrium']}", "warning"),
         )
     state, scene = found.equilibrium, found.scene
-    forces = state.contact_forces(scene)
-    columns = (forces.contact, forces.normal_force, forces.friction_force)
-    rows = [
-        [str(label), float(normal), float(friction), letter]
-        for label, normal, friction, letter in zip(
-            *(column.to_numpy() for column in columns), state.combination, strict=True
-        )
-    ]
     unit, per_metre = suited(float(np.abs(state.position).max(initial=0.0)), LENGTHS)
     return section(
         "equilibrium",
@@ -145,13 +73,7 @@ def equilibrium_section(found: Findings) -> Markup:
             "Every contact slides against its slider and the structure is at rest: "
             "K x = F plus the contact forces."
         ),
-        table(
-            "Contact forces in steady sliding",
-            ["contact", "normal force, N", "friction force, N", "status"],
-            rows,
-        )
-        if rows
-        else "",
+        *(one.html() for one in state.summary().tables if one.rows),
         details(
             "Displacements",
             table(
@@ -242,15 +164,6 @@ def loci_section(found: Findings) -> Markup:
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"
     alternative = f"Growth rates and frequencies of all modes over {what}; Hopf points: {places}"
-    rows = [
-        [
-            KINDS[point.kind],
-            float(point.value),
-            "" if np.isnan(point.frequency) else float(point.frequency),
-            point.remark,
-        ]
-        for point in sorted(found.critical, key=lambda point: point.value)
-    ]
     return section(
         "loci",
         heading,
@@ -258,8 +171,8 @@ def loci_section(found: Findings) -> Markup:
             drawing.svg(drawn, "loci", alternative),
             f"Growth rates and frequencies over {what}, branches tracked. Red: unstable.",
         ),
-        table("Critical values", ["kind", what, "frequency, Hz", ""], rows, digits=10)
-        if rows
+        found.critical.summary().tables[0].html()
+        if found.critical
         else paragraph("Nothing changes its kind over this range."),
         note(
             f"At {int((~exists).sum())} of {exists.size} values there is no steady sliding: a contact would "
@@ -292,10 +205,7 @@ def boundary_section(found: Findings) -> Markup:
             "Where stability ends. A thick line bounds a stable region, beside a thin one other modes grow, "
             "and on a grey one there is no steady sliding.",
         ),
-        *(
-            table(one.caption, one.headings, one.rows) if one.rows else paragraph(f"{one.caption}: none.")
-            for one in summary.tables
-        ),
+        *(one.html() if one.rows else paragraph(f"{one.caption}: none.") for one in summary.tables),
         facts(summary.facts),
         note(f"A curve may be missing: {'; '.join(boundary.doubts)}.", "warning") if boundary.doubts else "",
     )
@@ -304,10 +214,3 @@ def boundary_section(found: Findings) -> Markup:
 def _verdict(modes: Modes, mode: int) -> str:
     kind = "unstable" if modes.unstable[mode] else "marginal" if modes.marginal[mode] else "decays"
     return f"{kind}, defective" if modes.defective[mode] else kind
-
-
-def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
-    moved = np.flatnonzero(vector)
-    parts = [dofs[k] if vector[k] == 1.0 else f"{number(vector[k], 4)} {dofs[k]}" for k in moved[:4]]
-    more = f" + {moved.size - 4} more" if moved.size > 4 else ""
-    return " + ".join(parts) + more or "none"

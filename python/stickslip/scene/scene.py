@@ -70,6 +70,12 @@ HEADINGS = (
     "restitution",
     "gap, m",
 )
+#: Columns that only some scenes have, and the fields that they show.
+FURTHER = {
+    "normal force, N": "normal_force",
+    "normal stiffness, N/m": "normal_stiffness",
+    "tangential stiffness, N/m": "tangential_stiffness",
+}
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -329,8 +335,10 @@ class Scene(Shown):
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
-        given = any(contact.normal_force is not None for contact in self.contacts)
-        headings = (*HEADINGS, "normal force, N") if given else HEADINGS
+        columns = {
+            heading: [getattr(one, name) for one in self.contacts] for heading, name in FURTHER.items()
+        }
+        further = {heading: numbers for heading, numbers in columns.items() if set(numbers) - {None}}
         rows = [
             (
                 str(label),
@@ -341,9 +349,9 @@ class Scene(Shown):
                 float(contact.slider_speed),
                 float(contact.restitution),
                 float(contact.gap),
-                *(["" if contact.normal_force is None else float(contact.normal_force)] if given else []),
+                *("" if numbers[k] is None else numbers[k] for numbers in further.values()),
             )
-            for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
+            for k, (label, contact) in enumerate(zip(self.contact_labels(), self.contacts, strict=True))
         ]
         masses = self.mass if self.mass.ndim == 1 else self.mass.diagonal()
         low, high = masses.min(), masses.max()
@@ -356,7 +364,7 @@ class Scene(Shown):
             *((f"load {name}", text) for name, text in described_loads(self.loads, self.contacts, self.dofs)),
             *described_elements(self.elements, self.dofs),
         ]
-        return Summary(facts, [Table("Contacts of the scene", headings, rows)])
+        return Summary(facts, [Table("Contacts of the scene", (*HEADINGS, *further), rows)])
 
 
 def checked(scene: Any) -> Scene:

@@ -5,8 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from stickslip.show import html
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,10 @@ class Table:
     rows: Sequence[Sequence[object]]
     #: A word per row that a rendering may set apart, such as ``unstable``; none: all rows are alike.
     kinds: Sequence[str] = ()
+
+    def html(self, digits: int = 6) -> Markup:
+        """Return it as HTML, numbers to so many significant digits."""
+        return html.table(self.caption, self.headings, self.rows, digits=digits, row_kinds=self.kinds)
 
 
 @dataclass(frozen=True)
@@ -38,10 +46,7 @@ class Summary:
 
     def _repr_html_(self) -> str:
         """Return the facts as a list and every table."""
-        parts = [html.facts(self.facts)] if self.facts else []
-        for table in self.tables:
-            parts.append(html.table(table.caption, table.headings, table.rows, row_kinds=table.kinds))
-        return "".join(parts)
+        return "".join([html.facts(self.facts) if self.facts else "", *(one.html() for one in self.tables)])
 
 
 class Shown(ABC):
