@@ -65,21 +65,14 @@ def vanishing(point: BranchPoint) -> list[Key]:
 
 @dataclass(frozen=True)
 class Condition:
-    """What vanishes on a curve.
+    """What vanishes on a curve."""
 
-    Attributes
-    ----------
-    kind
-        As of a `BranchPoint`.
-    keys
-        The margins and durations that vanish where the sequence changes, those of two events that meet all
-        together; none of the other kinds.
-    contact
-        The contact by whose event the sequence changes; None of the other kinds.
-    """
-
+    #: As of a `BranchPoint`.
     kind: Kind
+    #: The margins and durations that vanish where the sequence changes, those of two events that meet all
+    #: together; none of the other kinds.
     keys: tuple[Key, ...] = ()
+    #: The contact by whose event the sequence changes; None of the other kinds.
     contact: int | None = None
 
     @classmethod

@@ -28,45 +28,29 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Relation:
-    """``sum of c u = 0`` along the axes of the nodes.
+    """``sum of c u = 0`` along the axes of the nodes."""
 
-    Attributes
-    ----------
-    place
-        File, line and card.
-    terms
-        Displacements and coefficients; the first displacement depends on the others.
-    tie
-        It is of a tie, which leaves out nodes too far from the master surface, and held ones.
-    """
-
+    #: File, line and card.
     place: str
+    #: Displacements and coefficients; the first displacement depends on the others.
     terms: tuple[tuple[Dof, float], ...]
+    #: It is of a tie, which leaves out nodes too far from the master surface, and held ones.
     tie: bool = False
 
 
 @dataclass
 class Constraints:
-    """Relations of a model and the axes of its nodes.
+    """Relations of a model and the axes of its nodes."""
 
-    Attributes
-    ----------
-    relations
-        The relations.
-    axes
-        Local axes of nodes as rows, (3, 3): `held` and the relations are along them.
-    held
-        Node and direction of what is held.
-    uncovered
-        What is not read, with file, line, card and remedy.
-    notes
-        What a user has to know of what is read.
-    """
-
+    #: The relations.
     relations: list[Relation] = field(default_factory=list)
+    #: Local axes of nodes as rows, (3, 3): `held` and the relations are along them.
     axes: dict[int, Real] = field(default_factory=dict)
+    #: Node and direction of what is held.
     held: set[Dof] = field(default_factory=set)
+    #: What is not read, with file, line, card and remedy.
     uncovered: list[str] = field(default_factory=list)
+    #: What a user has to know of what is read.
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -77,23 +61,15 @@ class Constraints:
 
 @dataclass(frozen=True)
 class Elimination:
-    """Free displacements, what depends on them, and the matrices' displacements in terms of them.
+    """Free displacements, what depends on them, and the matrices' displacements in terms of them."""
 
-    Attributes
-    ----------
-    free
-        Displacements along global axes that stay, n of them.
-    dependent
-        Weights of free displacements in each other one; none of them: it is held.
-    basis
-        T of the matrices, (m, n); None: they have the free displacements already.
-    by_solver
-        Whether the matrices lack the first displacements of the relations: the solver has eliminated them.
-    """
-
+    #: Displacements along global axes that stay, n of them.
     free: tuple[Dof, ...]
+    #: Weights of free displacements in each other one; none of them: it is held.
     dependent: dict[Dof, Weights]
+    #: T of the matrices, (m, n); None: they have the free displacements already.
     basis: scipy.sparse.csr_array | None
+    #: Whether the matrices lack the first displacements of the relations: the solver has eliminated them.
     by_solver: bool
 
 

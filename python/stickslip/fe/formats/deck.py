@@ -36,54 +36,35 @@ SOLIDS = {
 
 
 class Card(NamedTuple):
-    """A card of a deck.
+    """A card of a deck."""
 
-    Attributes
-    ----------
-    place
-        File, line and keyword.
-    keyword
-        Its keyword, in capitals like all of it.
-    options
-        What stands beside the keyword.
-    rows
-        The fields of its lines.
-    """
-
+    #: File, line and keyword.
     place: str
+    #: Its keyword, in capitals like all of it.
     keyword: str
+    #: What stands beside the keyword.
     options: dict[str, str]
+    #: The fields of its lines.
     rows: list[list[str]]
 
 
 @dataclass
 class Deck:
-    """Nodes of a CalculiX or Abaqus deck, what holds or ties them, and what is named in it.
+    """Nodes of a CalculiX or Abaqus deck, what holds or ties them, and what is named in it."""
 
-    Attributes
-    ----------
-    numbers
-        Node numbers in the order of the file.
-    held
-        Node and direction of what `*BOUNDARY` holds.
-    constraints
-        The cards that tie dofs to others or turn the axes of nodes.
-    rotations
-        Node and direction of the dofs of a `ROT NODE`, which are rotations.
-    sets
-        Nodes by the name of their set.
-    faces
-        Facets, as node numbers, by the name of a surface of solid elements.
-    unread
-        Names of surfaces that are neither of nodes nor of faces of solid elements of the deck.
-    """
-
+    #: Node numbers in the order of the file.
     numbers: list[int] = field(default_factory=list)
+    #: Node and direction of what `*BOUNDARY` holds.
     held: set[tuple[int, int]] = field(default_factory=set)
+    #: The cards that tie dofs to others or turn the axes of nodes.
     constraints: list[Card] = field(default_factory=list)
+    #: Node and direction of the dofs of a `ROT NODE`, which are rotations.
     rotations: set[tuple[int, int]] = field(default_factory=set)
+    #: Nodes by the name of their set.
     sets: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
+    #: Facets, as node numbers, by the name of a surface of solid elements.
     faces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    #: Names of surfaces that are neither of nodes nor of faces of solid elements of the deck.
     unread: list[str] = field(default_factory=list)
 
     def nodes(self, place: str, name: str) -> list[int]:

@@ -76,7 +76,7 @@ class Slot(NamedTuple):
 class Family:
     """The scenes that a model gives for the values of its parameters.
 
-    Raise `InputError` if it is neither.
+    Raise `InputError` if the model is neither a scene nor a function.
     """
 
     #: A `Scene`, or a function from keywords to one; a `functools.partial` sets some of them.
