@@ -81,13 +81,7 @@ class OrbitCurve:
         self._parts = tuple(parts)
 
     def encloses(self, position: float, velocity: float) -> bool:
-        """Return whether a point lies within the curve: an odd number of crossings lies above it.
-
-        Parameters
-        ----------
-        position, velocity
-            The point, m and m/s.
-        """
+        """Return whether a point, m and m/s, lies within: an odd number of crossings lies above it."""
         times, right, above = [], [], []
         for part in self._parts:
             cuts = part.times((part.position, position))

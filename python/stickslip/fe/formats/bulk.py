@@ -26,16 +26,9 @@ SINGULAR = 1e-10
 
 
 def bulk_constraints(path: Path, points: Mapping[int, Any], dofs: Set[Dof]) -> Constraints:
-    """Return the constraints of bulk data; what is not covered is named there.
+    """Return the constraints of bulk data, and what of it is not covered.
 
-    Parameters
-    ----------
-    path
-        The file.
-    points
-        Points by node, in the basic system.
-    dofs
-        Displacements that the matrices have.
+    `points` are in the basic system, by node; `dofs` are the displacements that the matrices have.
 
     Raise `InputError` if the points of the file are in another system than the basic one, or a card is
     damaged.

@@ -198,14 +198,9 @@ READERS = {
 def deck_constraints(
     deck: Deck, points: Mapping[int, Any], cells: Mapping[str, Any], dofs: Set[Dof]
 ) -> Constraints:
-    """Return the constraints of a deck; what is not covered is named there.
+    """Return the constraints of a deck, and what of it is not covered.
 
-    Parameters
-    ----------
-    deck, points, cells
-        What `numbered_mesh` returns.
-    dofs
-        Displacements that the matrices have.
+    `numbered_mesh` returns deck, points and cells; `dofs` are the displacements that the matrices have.
     """
     cards = _Cards(deck, points, cells, dofs)
     for card in deck.constraints:

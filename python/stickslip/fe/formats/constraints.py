@@ -78,17 +78,9 @@ def eliminate(
 ) -> Elimination:
     """Return the free displacements of a model, by Gaussian elimination of its relations.
 
-    Parameters
-    ----------
-    constraints
-        The relations.
-    dofs
-        Displacements that the matrices have, m of them.
-    local
-        Whether these are along the axes of their nodes, not along global ones.
-    by_solver
-        Whether the solver has eliminated the relations; None: it has, if the first displacement of one is
-        missing among `dofs` and not held.
+    The matrices have the m displacements `dofs`, along the axes of their nodes if `local`, else along global
+    ones. `by_solver`: whether the solver has eliminated the relations; None: it has, if the first
+    displacement of one is missing among `dofs` and not held.
 
     Raise `InputError` if the solver has eliminated only some relations, a relation contradicts others, or a
     displacement is neither in the matrices nor held, and no relation says what it is.
@@ -108,16 +100,8 @@ def constrained(
 ) -> tuple[tuple[str, ...], dict[str, Any], dict[str, dict[str, float] | None], list[str]]:
     """Return names of free dofs, their matrices, what depends on them, and what was done.
 
-    Parameters
-    ----------
-    constraints
-        The relations.
-    nodes, cells
-        Nodes of the model, and those of its elements by kind.
-    names, matrices
-        Names "node.direction" of the m dofs of the matrices, (m, m) each.
-    local, by_solver
-        As in `eliminate`.
+    `cells` are nodes of elements by kind, `names` "node.direction" of the m dofs of the matrices, (m, m)
+    each; `local` and `by_solver` as in `eliminate`.
 
     Raise `InputError` as `eliminate`, or if a constraint is not covered and the solver has not eliminated it.
     """
