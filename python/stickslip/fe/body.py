@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
 from stickslip.fe.elastic import elastic_matrices, mesh_parts
-from stickslip.fe.matrices import square
+from stickslip.fe.matrices import of_rows, square
 from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
 from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_number
@@ -309,7 +309,7 @@ class Body(Shown):
             if weights and node in self._known and direction <= self.points.shape[1]:
                 places[self._known[node], direction - 1] = self.size + len(rows)
                 rows.append({self.place[dof]: weight for dof, weight in weights.items()})
-        return Mesh(self.points, places, self.cells, _matrix(rows, self.size) if rows else None)
+        return Mesh(self.points, places, self.cells, of_rows(rows, self.size) if rows else None)
 
     @classmethod
     def elastic(
@@ -442,12 +442,6 @@ def _nodes(points: Any) -> tuple[NDArray[np.int64], Real | None]:
         k = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
         raise InputError(f"points: must be finite, got {rows[k]} at node {nodes[k]}")
     return nodes, rows
-
-
-def _matrix(rows: list[dict[int, float]], size: int) -> scipy.sparse.csr_array:
-    pointers = np.cumsum([0, *map(len, rows)])
-    columns, values = [k for row in rows for k in row], [w for row in rows for w in row.values()]
-    return scipy.sparse.csr_array((values, columns, pointers), shape=(len(rows), size))
 
 
 def _split(dof: str) -> tuple[int, int]:

@@ -1,7 +1,8 @@
-"""Matrices of a body, checked: sparse, square, finite, symmetric or not."""
+"""Sparse matrices of a body: checked to be square, finite, symmetric or not, and made of rows."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ def square(argument: str, value: Any, size: int | None, sign: int) -> scipy.spar
     entries = rows.tocoo()
     if not np.isfinite(entries.data).all():
         k = int(np.flatnonzero(~np.isfinite(entries.data))[0])
-        raise InputError(f"{argument}: must be finite, got {entries.data[k]} at {_entry(entries, k)}")
+        i, j = int(entries.coords[0][k]), int(entries.coords[1][k])
+        raise InputError(f"{argument}: must be finite, got {entries.data[k]} at ({i}, {j})")
     if sign:
         mirrored = (sign * rows.T).tocsr()
         wrong = (rows - mirrored).tocoo()
@@ -47,5 +49,8 @@ def square(argument: str, value: Any, size: int | None, sign: int) -> scipy.spar
     return rows
 
 
-def _entry(entries: scipy.sparse.coo_array, k: int) -> str:
-    return f"({entries.coords[0][k]}, {entries.coords[1][k]})"
+def of_rows(rows: Sequence[Mapping[int, float]], width: int) -> scipy.sparse.csr_array:
+    """Return the matrix of rows that hold entries by column."""
+    pointers = np.cumsum([0, *map(len, rows)])
+    columns, values = [k for row in rows for k in row], [entry for row in rows for entry in row.values()]
+    return scipy.sparse.csr_array((values, columns, pointers), shape=(len(rows), width))

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
+from stickslip.fe.matrices import of_rows
 from stickslip.scene.checks import Real
 
 #: Node and direction: 1 to 3 are displacements, 4 to 6 rotations.
@@ -219,10 +220,7 @@ class _Rows:
         if free == tuple(self.dofs) and not any(node in self.turned for node, _ in self.dofs):
             return None
         place = {dof: k for k, dof in enumerate(free)}
-        pointers = np.cumsum([0, *map(len, rows)])
-        columns = [place[dof] for row in rows for dof in row]
-        values = [weight for row in rows for weight in row.values()]
-        return scipy.sparse.csr_array((values, columns, pointers), shape=(len(rows), len(free)))
+        return of_rows([{place[dof]: weight for dof, weight in row.items()} for row in rows], len(free))
 
     def _supports(self) -> Iterator[tuple[str, Weights]]:
         """Give what is held along the axes of nodes, and what the matrices lack there without a relation."""
