@@ -288,7 +288,10 @@ REFUSALS = [
     ),
     (
         ("mode power", "modal energy"),
-        ("massless", "compliant", "compliant both ways"),
+        (
+            *("massless", "compliant", "compliant both ways"),
+            *("compliant by a law", "springs beside a Jenkins element"),
+        ),
         "scene: energies of modes and harmonics need mass on every dof and rigid contacts",
     ),
     (

@@ -41,8 +41,12 @@ _Index = NDArray[np.int64]
 _SparseData = tuple[_Real, _Index, _Index]
 #: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
 _Along = int | _Real | list[tuple[int, float]]
-#: (normal, tangential) stiffness of a compliant contact.
-_SpringData = tuple[float | None, float | None]
+#: (normal, tangential) stiffness of a compliant contact, and the law of the normal one in place of a number.
+_SpringData = tuple[
+    float | None,
+    float | None,
+    tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]] | None,
+]
 #: Loads in time: (dof entries, frequency, phase), (dof entries, times, values), and of sliders
 #: (contact, amplitude, frequency, phase).
 _LoadData = tuple[

@@ -107,6 +107,16 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "massless": lambda: _scene(_belt(), mass=[1.0, 0.0]),
     "compliant": _compliant,
     "compliant both ways": lambda: _scene(_belt(normal_stiffness=3000.0, tangential_stiffness=2000.0)),
+    "compliant by a law": lambda: _scene(
+        _belt(static_friction=0.8, normal_stiffness=ss.spring.Polynomial(200.0, 0.0, 4e4))
+    ),
+    "springs beside a Jenkins element": lambda: _scene(
+        _belt(normal=None, normal_force=5.0, tangential_stiffness=400.0),
+        elements=[
+            ss.Spring({"x": 1.0, "y": -0.5}, ss.spring.Polynomial(20.0, 0.0, 4e3), name="mount"),
+            ss.Spring("y", ss.spring.Gap(stiffness=150.0, clearance=-0.03), name="bump"),
+        ],
+    ),
     "stop": lambda: _scene(STOP, force=[0.0, 0.0]),
     "stop beside a belt": lambda: _scene(_belt(), STOP),
     "given normal force": lambda: _scene(_belt(normal=None, normal_force=5.0, static_friction=0.7)),
@@ -185,6 +195,7 @@ PARAMETERS = {
     "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),
     "cubic spring": ("mount_k3", 1e3, 1e4),
+    "compliant by a law": ("normal_stiffness_k3", 1e4, 1e5),
     "elastic stop": ("friction_kinetic", 0.2, 0.6),
 }
 

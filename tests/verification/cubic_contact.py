@@ -19,6 +19,29 @@ from verification.taylor import closed_orbit, product, until
 DAMPING, CUBIC = 0.1, 1.0
 #: The contact stays closed and the mass slips: phi comes to 23 N, x' to 6 m/s.
 model = partial(ss.models.hoffmann, damping=DAMPING, cubic=CUBIC, preload=50.0, slider_speed=-100.0)
+#: Penetration of steady sliding where the same spring is the stiffness of the contact.
+PRESSED = 3.0
+
+
+def on_a_stiffness(friction):
+    """Return the model with a law of the contact stiffness: ``N = phi(u)``, u = p - y.
+
+    ``phi(u) = 4/3 u + kn ((u - p)^3 + p^3)`` is positive for u > 0, and ``N - N_0 = -4/3 y - kn y^3``.
+    """
+    law = ss.spring.Law(
+        lambda u, soft=4.0 / 3.0, hard=CUBIC, pressed=PRESSED: (
+            soft * u + hard * ((u - pressed) ** 3 + pressed**3)
+        )
+    )
+    contact = ss.Contact(
+        tangential="x", normal="y", friction=friction, slider_speed=-100.0, gap=-PRESSED, normal_stiffness=law
+    )
+    normal = law.force(PRESSED)
+    force = [friction * normal, -normal]
+    stiffness = [[2.0, 1.0], [1.0, 2.0 / 3.0]]
+    return ss.Scene([1.0, 1.0], stiffness, DAMPING * np.eye(2), force, [contact], dofs=["x", "y"])
+
+
 #: Friction with x, y and x' at the largest y, and period, all to the digits that were known before.
 ORBITS = {
     0.8: ("-3.37510688174579", "2.11978586044956", "0.738843274206283", "3.30588827498029"),
@@ -61,14 +84,17 @@ def quantities():
     """Compare the Hopf point, two cycles and the fold."""
     (hopf,) = ss.critical_points(model, {"friction": (0.5, 1.0)}, kinds=("hopf",))
     assert hopf.criticality == "subcritical"
+    (stiff,) = ss.critical_points(on_a_stiffness, {"friction": (0.5, 1.0)}, kinds=("hopf",))
+    assert stiff.criticality == "subcritical"
     rows = [
         Quantity(
-            name="friction at the Hopf point",
+            name=f"friction at the Hopf point{of}",
             unit="",
             expected=mp.mpf(3) / 4 * (1 + 2 * decimal(DAMPING) ** 2),
-            computed=hopf.value,
+            computed=point.value,
             reference="0.765",
         )
+        for of, point in (("", hopf), (", by a contact stiffness", stiff))
     ]
     for friction, (x, y, u, known) in ORBITS.items():
         start = ss.State([float(x), float(y), 0.0], [float(u), 0.0, 0.0], "-")
@@ -77,6 +103,9 @@ def quantities():
         _, largest, _, period, multiplier = orbit(friction)
         beside = sorted(np.abs(cycle.multipliers))[-2]
         named = f"at friction {friction:g}"
+        start = ss.State([float(x), float(y)], [float(u), 0.0], "-")
+        pressed = ss.simulate(on_a_stiffness(friction), 3.0 * float(known), start)
+        stiff = pressed.limit_cycle(further=100.0)
         rows += [
             Quantity(
                 name=f"period {named}", unit="s", expected=period, computed=cycle.period, reference=known
@@ -87,6 +116,20 @@ def quantities():
                 expected=largest,
                 computed=float(cycle.maximum.sel(dof="y")),
                 reference=y,
+            ),
+            Quantity(
+                name=f"period {named}, by a contact stiffness",
+                unit="s",
+                expected=period,
+                computed=stiff.period,
+                reference=known,
+            ),
+            Quantity(
+                name=f"largest multiplier beside 1 {named}, by a contact stiffness",
+                unit="",
+                expected=multiplier,
+                computed=float(sorted(np.abs(stiff.multipliers))[-2]),
+                relative=1e-10,
             ),
             Quantity(
                 name=f"largest multiplier beside 1 {named}",
@@ -121,7 +164,8 @@ CASES = [
             "`x'' + c x' + 2 x + y - mu phi = 0`, `y'' + c y' + x + 2/3 y + phi = 0`, `phi = 4/3 y + y^3`, "
             "c = 0.1, on a belt so fast that the mass never sticks. The Hopf point at `mu = 3/4 (1 + 2 c^2)` "
             "is subcritical: an unstable cycle leads back to a fold, and beyond it a stable one is there on "
-            "both sides of the Hopf point."
+            "both sides of the Hopf point. *By a contact stiffness*: the same spring as "
+            "`normal_stiffness=` of a contact without mass, pressed by 3 m in steady sliding."
         ),
         tolerance="40 digits: 1e-12, multipliers 1e-10; the fold to the ten digits that are known.",
         quantities=quantities,

@@ -31,7 +31,7 @@ from stickslip.scene.checks import Real, check_memory, described, real_array, re
 from stickslip.scene.contact import Contact, nearest
 from stickslip.scene.elements import Damper, Element, Spring
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.law import FrictionLaw
+from stickslip.scene.laws.law import OneVariableLaw
 from stickslip.scene.loads.in_time import Harmonic, Load, Switched
 from stickslip.scene.scene import Scene
 
@@ -271,7 +271,7 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 def _contact_entry(key: str, value: Any, dofs: Sequence[str]) -> Any:
     if key in ("tangential", "normal"):
         return _named(value, dofs)
-    if isinstance(value, FrictionLaw):
+    if isinstance(value, OneVariableLaw):
         return Inline(value.table())
     return Inline(_load_table(value, dofs)) if isinstance(value, Harmonic) else value
 

@@ -6,13 +6,15 @@ the normal forces obey, with d = d/dt,
 ```text
 (M d^2 + C d + K) x - t T - n N = 0
 T_i - sigma mu N_i + mu' N_0 w_i = b_i     sliding, with w_i = d (t_i x + T_i / k_t)
-n_i x + N_i / k_n = 0                      closed, with a normal direction
+n_i x + N_i / k_n = p_i                    closed, with a normal direction
 ```
 
 where w is the slip velocity less that of steady sliding, mu and its derivatives are those of steady sliding,
 and 1 / k is zero at rigid contacts. A spring or damper along e, with u = e x or e dx, is a part of K or C by
 its slope at rest, and adds ``-(phi'' u^2 / 2 + phi''' u^3 / 6) e`` to the right side of the first equation.
-The terms of higher order are those of ``T = sigma mu(|s|) (N_0 + N)``, sigma = 1 in ``+``:
+Under a contact stiffness by a law, ``N = phi(u)`` with ``u = -n x``, k_n is the slope at steady sliding and
+``p = (phi'' u^2 / 2 + phi''' u^3 / 6) / k_n``; else p is 0. The terms of higher order of b are those of
+``T = sigma mu(|s|) (N_0 + N)``, sigma = 1 in ``+``:
 
 ```text
 b = -mu' w N + sigma mu'' N_0 w^2 / 2 + sigma mu'' w^2 N / 2 - mu''' N_0 w^3 / 6
@@ -49,13 +51,14 @@ import scipy.sparse.linalg
 
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.elements import Damper
+from stickslip.scene.laws.spring import SpringLaw
 from stickslip.scene.laws.state import LawWithState
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import core_matrices, directions, tangent
 
 Criticality: TypeAlias = Literal["supercritical", "subcritical", "linear until a status changes"]
-#: Phasors of w and N, (c,) each, of u, (e,), and of z, (c,).
-_Phasors = tuple[Complex, Complex, Complex, Complex]
+#: Phasors of w and N, (c,) each, of u, (e,), of z, and of the penetration of contacts, (c,) each.
+_Phasors = tuple[Complex, Complex, Complex, Complex, Complex]
 
 #: Null vectors are those of an inverse this far off the eigenvalue, relative; their error is its square.
 _SHIFT = 1e-9
@@ -73,7 +76,7 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
     """
     if scene.core.has_planes:
         return None
-    if not (scene.core.has_friction_laws or scene.elements):
+    if not (scene.core.has_friction_laws or scene.core.has_elements):
         return "linear until a status changes", 0.0
     states = [k for k, one in enumerate(scene.contacts) if isinstance(one.friction, LawWithState)]
     if "s" in combination or any(scene.core.state_derivatives(k) is None for k in states):
@@ -131,9 +134,22 @@ class _Sliding:
     @cached_property
     def compliance(self) -> tuple[Real, Real]:
         """1 / k_t and 1 / k_n by contact."""
-        springs = [(one.tangential_stiffness, one.normal_stiffness) for one in self.scene.contacts]
-        node = np.array([[0.0 if k is None else 1.0 / k for k in pair] for pair in springs]).reshape(-1, 2)
-        return node[:, 0], node[:, 1]
+        along = [one.tangential_stiffness for one in self.scene.contacts]
+        laws = zip([one.normal_stiffness for one in self.scene.contacts], self.pressed[2], strict=True)
+        # Of an open contact nothing is pressed.
+        across = [slope or None if isinstance(k, SpringLaw) else k for k, slope in laws]
+        node, spring = (np.array([0.0 if k is None else 1.0 / k for k in one]) for one in (along, across))
+        return node, spring
+
+    @cached_property
+    def pressed(self) -> Real:
+        """Of contact stiffnesses by laws u, phi and its first three derivatives, (5, c); zeros of others."""
+        found = np.zeros((5, len(self.combination)))
+        with_law = [isinstance(one.normal_stiffness, SpringLaw) for one in self.scene.contacts]
+        behind = self.scene.core.elements_at_rest(self.combination)[len(self.scene.elements) :]
+        if any(with_law):
+            found[:, with_law] = np.array(behind).T
+        return found * self.closed
 
     @cached_property
     def matrices(self) -> list[Any]:
@@ -152,6 +168,7 @@ class _Sliding:
     def elements(self) -> tuple[Any, Real, Real]:
         """Directions of the elements, (e, n), phi'' and phi''', (2, e), and which are dampers, (e,)."""
         found = np.array(self.scene.core.elements_at_rest(self.combination)).reshape(-1, 5)
+        found = found[: len(self.scene.elements)]
         dampers = np.array([isinstance(one, Damper) for one in self.scene.elements], dtype=bool)
         return directions(self.scene), found[:, 3:].T, dampers
 
@@ -162,7 +179,9 @@ class _Sliding:
         given = np.array([contact.normal_force or 0.0 for contact in contacts])
         gaps = np.array([contact.gap for contact in contacts])
         force = self.scene.force + self.tangent[2]
-        none, closing = 0.0 * gaps, np.where(self.closed > 0.0, -gaps, given)
+        # N = phi(u_0) + k (u - u_0) under a law.
+        before = self.pressed[1] * self.compliance[1] - self.pressed[0]
+        none, closing = 0.0 * gaps, np.where(self.closed > 0.0, before - gaps, given)
         load = np.concatenate([force, none, closing, none])
         at_rest = _inverse(self.matrix(0.0, none)).solve(load.astype(complex))
         return np.array(at_rest[force.size + gaps.size :][: gaps.size].real)
@@ -225,7 +244,8 @@ class _Sliding:
         directions, _, dampers = self.elements
         arguments = np.where(dampers, rate, 1.0) * (directions @ vector[:size])
         normal, state = vector[size + count : size + 2 * count], vector[size + 2 * count :]
-        return rate * slip * np.abs(self.signs), normal, arguments, state
+        penetration = -(self.matrices[4] @ vector[:size])
+        return rate * slip * np.abs(self.signs), normal, arguments, state, penetration
 
     def bilinear(self, first: _Phasors, second: _Phasors) -> Complex:
         """Return B by row of A."""
@@ -236,18 +256,21 @@ class _Sliding:
         (w, z), (v, y) = (first[0], first[3]), (second[0], second[3])
         _, _, _, ss, sz, zz, *_ = self.states.transpose(1, 0, 2)
         of_states = ss * w * v + sz * (w * y + z * v) + zz * z * y
-        return self.rows(-bent * first[2] * second[2], square - slope * mixed, of_states)
+        of_springs = self.pressed[3] * first[4] * second[4] * self.compliance[1]
+        return self.rows(-bent * first[2] * second[2], square - slope * mixed, of_springs, of_states)
 
-    def rows(self, of_elements: Complex, of_contacts: Complex, of_states: Complex) -> Complex:
-        """Return forces of elements, b of the contacts, and the terms of f and g, as a right side of A."""
+    def rows(
+        self, of_elements: Complex, of_contacts: Complex, of_springs: Complex, of_states: Complex
+    ) -> Complex:
+        """Return forces of elements, b and p of the contacts, and terms of f and g, as a right side of A."""
         along = self.elements[0].T @ of_elements
         friction = of_contacts - self.normal_force * of_states[0]
-        return np.concatenate([along, friction, np.zeros(self.signs.size), of_states[1]])
+        return np.concatenate([along, friction, of_springs, of_states[1]])
 
     def trilinear(self, mode: _Phasors) -> Complex:
         """Return C(p, p, p*) by row of A."""
         _, _, curvature, third = self.friction
-        slip, normal, argument, state = mode
+        slip, normal, argument, state, depth = mode
         mixed = 2.0 * np.abs(slip) ** 2 * normal + slip**2 * normal.conj()
         cubic = third * self.normal_force * slip * np.abs(slip) ** 2
         _, (_, bent), _ = self.elements
@@ -256,7 +279,8 @@ class _Sliding:
         of_states = of_states + ssz * (slip**2 * state.conj() + 2.0 * np.abs(slip) ** 2 * state)
         of_states = of_states + szz * (state**2 * slip.conj() + 2.0 * np.abs(state) ** 2 * slip)
         of_elements = -bent * argument * np.abs(argument) ** 2
-        return self.rows(of_elements, self.signs * curvature * mixed - cubic, of_states)
+        of_springs = self.pressed[4] * depth * np.abs(depth) ** 2 * self.compliance[1]
+        return self.rows(of_elements, self.signs * curvature * mixed - cubic, of_springs, of_states)
 
     def answer(self, forces: Complex, rate: complex) -> _Phasors:
         """Return what a right side of A brings about."""
@@ -267,7 +291,7 @@ class _Sliding:
         """Return how motions grow, and l_1, at the eigenvalue `rate`."""
         right, left = self.null_vectors(rate)
         mode = self.phasors(right, rate)
-        conjugate = (mode[0].conj(), mode[1].conj(), mode[2].conj(), mode[3].conj())
+        conjugate = (mode[0].conj(), mode[1].conj(), mode[2].conj(), mode[3].conj(), mode[4].conj())
         mean = self.answer(self.bilinear(mode, conjugate), 0.0)
         double = self.answer(self.bilinear(mode, mode), 2.0 * rate)
         forces = self.trilinear(mode) + 2.0 * self.bilinear(mode, mean) + self.bilinear(conjugate, double)

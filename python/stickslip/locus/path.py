@@ -146,6 +146,7 @@ class Interpolation:
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
         self.proportional, self.dependent = self.is_proportional(scene), scene.core.dependent
+        self.elements = scene.core.has_elements
         self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
         self.size = self.known[lower][0].shape[0]
         ends = [lower, *self.knots(scene, upper), upper]
@@ -205,8 +206,11 @@ class Interpolation:
     def least(self, sampled: tuple[Real, ...], k: int) -> float:
         """Return the size of which the rounding of a sampled array is a part, whatever its entries.
 
-        Where directions depend on each other, rows of contact forces are what is left of rows of K.
+        Where directions depend on each other, rows of contact forces are what is left of rows of K. Loads
+        beside the tangents of elements are what is left of forces as large as those of the contacts.
         """
+        if self.elements and k == len(sampled) - STATICS:
+            return float(np.abs(sampled[-STATICS + 2]).max(initial=0.0))
         if not self.dependent or k != len(sampled) - ROWS:
             return 0.0
         return float(np.abs(sampled[-STATICS - 1]).max(initial=0.0))

@@ -166,7 +166,7 @@ def _entry_derivatives(scene: Scene, modes: Modes, matrix: Entries, defined: Any
         one.normal is not None and (isinstance(one.friction, FrictionLaw) or one.beside is not None)
         for one in scene.contacts
     )
-    if scene.elements and matrix in ("stiffness", "circulatory"):
+    if scene.core.has_elements and matrix in ("stiffness", "circulatory"):
         raise InputError(
             f"entries: {matrix} also moves the rest, and with it the slope of springs; differentiate a"
             " function that returns the scene"

@@ -23,8 +23,9 @@ from stickslip.scene.checks import (
     real_number,
     whole_number,
 )
+from stickslip.scene.laws import spring
 from stickslip.scene.laws.friction import LAWS, law_of
-from stickslip.scene.laws.law import FrictionLaw
+from stickslip.scene.laws.law import FrictionLaw, LawData, OneVariableLaw
 from stickslip.scene.laws.state import LawWithState
 
 if TYPE_CHECKING:
@@ -81,7 +82,10 @@ class Contact:
         Stiffnesses of springs, N/m, between the contact and the dofs that its directions name; None: the
         contact is rigid. With springs the contact is a node without mass: its gap closes without an impact,
         and its slip velocity is that of the node. With a normal stiffness only, the slip velocity is that of
-        the dofs. A tangential stiffness needs a normal one, or a given normal force.
+        the dofs. A tangential stiffness needs a normal one, or a given normal force. A normal stiffness may
+        be a law of `stickslip.spring`, or its table in files: ``N = phi(u)``, N, at the penetration ``u =
+        -(n . x + gap)``, m. The force is 0 at u = 0 and its slope there positive. It has to press at every
+        penetration that occurs, and a tangential stiffness beside it is not computed.
     normal_force
         Normal force N > 0 of a contact without a normal direction, N; None for a contact that has one.
     name
@@ -106,7 +110,7 @@ class Contact:
     slider_speed: float | Any = 0.0
     restitution: float = 0.0
     gap: float = 0.0
-    normal_stiffness: float | None = None
+    normal_stiffness: float | spring.SpringLaw | None = None
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
@@ -123,6 +127,8 @@ class Contact:
             object.__setattr__(self, "friction", 0.0)
         if isinstance(self.friction, Mapping):
             object.__setattr__(self, "friction", law_of(self.friction))
+        if isinstance(self.normal_stiffness, Mapping):
+            object.__setattr__(self, "normal_stiffness", spring.law_of(self.normal_stiffness))
         for name in ("tangential", "normal"):
             if isinstance(direction := by_label(getattr(self, name)), Mapping):
                 object.__setattr__(self, name, dict(direction))
@@ -220,8 +226,8 @@ LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "nor
 #: Those that both directions of friction in a plane share.
 SHARED = ("friction", "static_friction", "normal_force")
 
-#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
-OF_LAW = "friction_"
+#: How parameters of laws begin: of friction, such as ``friction_kinetic``, and of the normal stiffness.
+OF_LAW, OF_SPRING = "friction_", "normal_stiffness_"
 
 
 def concerns(field: str, contact: Contact) -> bool:
@@ -230,32 +236,43 @@ def concerns(field: str, contact: Contact) -> bool:
         return contact.normal is None and (contact.beside is None or contact.normal_force is not None)
     if field in SPRINGS:
         return getattr(contact, field) is not None
-    if field.startswith(OF_LAW):
-        return field.removeprefix(OF_LAW) in law_numbers(contact)
+    if field.startswith((OF_LAW, OF_SPRING)):
+        return field in law_numbers(contact)
     direction = contact.normal if field in ("restitution", "gap") else contact.tangential
     return direction is not None
 
 
 def law_numbers(contact: Contact) -> dict[str, float]:
-    """Return the numbers of its law of friction by name; none where friction is a number."""
-    return contact.friction.parameters() if isinstance(contact.friction, FrictionLaw) else {}
+    """Return the numbers of its laws of friction and normal stiffness by name; none where it has no law."""
+    found = {}
+    for field, law in laws_of(contact).items():
+        found |= {f"{field}_{name}": value for name, value in law.parameters().items()}
+    return found
+
+
+def laws_of(contact: Contact) -> dict[str, OneVariableLaw]:
+    """Return its laws by field: of friction over slip speed, and of the normal stiffness over penetration."""
+    fields = {name: getattr(contact, name) for name in ("friction", "normal_stiffness")}
+    return {name: law for name, law in fields.items() if isinstance(law, OneVariableLaw)}
 
 
 def law_number(contact: Contact, field: str) -> Any:
-    """Return a field of the contact law, or a parameter of its law of friction."""
-    if field in LAW or not field.startswith(OF_LAW):
+    """Return a field of the contact law, or a parameter of one of its laws."""
+    if field in LAW or not field.startswith((OF_LAW, OF_SPRING)):
         return getattr(contact, field)
-    return law_numbers(contact).get(field.removeprefix(OF_LAW))
+    return law_numbers(contact).get(field)
 
 
 def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
     """Return the contact with another value of it."""
     if field in LAW:
         return dataclasses.replace(contact, **{field: value})
-    if not isinstance(contact.friction, FrictionLaw) or not concerns(field, contact):
+    if not concerns(field, contact):
         return contact
-    law = contact.friction.replace(**{field.removeprefix(OF_LAW): value})
-    return dataclasses.replace(contact, friction=law)
+    owner = next(name for name in laws_of(contact) if field.startswith(f"{name}_"))
+    law = laws_of(contact)[owner].replace(**{field.removeprefix(f"{owner}_"): value})
+    changed: dict[str, Any] = {owner: law}
+    return dataclasses.replace(contact, **changed)
 
 
 def letters_of(contact: Contact) -> str:
@@ -317,7 +334,11 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
         real_number(f"{place}: restitution", contact.restitution),
         real_number(f"{place}: gap", contact.gap),
         0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
-        (_spring(place, contact, "normal_stiffness"), _spring(place, contact, "tangential_stiffness")),
+        (
+            _spring(place, contact, "normal_stiffness"),
+            _spring(place, contact, "tangential_stiffness"),
+            _spring_law(contact),
+        ),
         None if law is None else law.data(),
         None if contact.beside is None else whole_number(f"{place}: beside", contact.beside, 0),
     )
@@ -325,7 +346,14 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
 
 def _spring(place: str, contact: Contact, name: str) -> float | None:
     value = getattr(contact, name)
+    if name == "normal_stiffness" and isinstance(value, spring.SpringLaw):
+        return None
     return None if value is None else real_number(f"{place}: {name}", value)
+
+
+def _spring_law(contact: Contact) -> LawData | None:
+    law = contact.normal_stiffness
+    return law.data() if isinstance(law, spring.SpringLaw) else None
 
 
 def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:

@@ -47,6 +47,7 @@ from stickslip.scene.laws.damping import (
     described_damping,
 )
 from stickslip.scene.laws.law import FrictionLaw
+from stickslip.scene.laws.spring import SpringLaw
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads
 from stickslip.scene.parameters.numbers import Number, changed_parts, found_number
@@ -328,6 +329,8 @@ class Scene(Shown):
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
             law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
+            if (pressed := contact.normal_stiffness) is not None:
+                law += f", normal stiffness {pressed:g}" + " N/m" * (not isinstance(pressed, SpringLaw))
             both = (contact.tangential, contact.normal)
             place = " / ".join(described_direction(direction, self.dofs) for direction in both)
             lines.append(f"  contact {label} ({place}): {law}")
@@ -338,7 +341,11 @@ class Scene(Shown):
         columns = {
             heading: [getattr(one, name) for one in self.contacts] for heading, name in FURTHER.items()
         }
-        further = {heading: numbers for heading, numbers in columns.items() if set(numbers) - {None}}
+        further = {
+            heading: numbers
+            for heading, numbers in columns.items()
+            if any(number is not None for number in numbers)
+        }
         rows = [
             (
                 str(label),

@@ -90,7 +90,8 @@ def directions(scene: Scene) -> Any:
 
 def tangent(scene: Scene, combination: str) -> tuple[Any, Any, Real]:
     """Return what the elements of a scene add to K, C and F for small motions about rest in a combination."""
-    found = np.array(scene.core.elements_at_rest(combination)).reshape(-1, 5)
+    # Behind them are the springs of contacts, which are no part of K.
+    found = np.array(scene.core.elements_at_rest(combination)).reshape(-1, 5)[: len(scene.elements)]
     along = directions(scene)
     springs = np.array([isinstance(one, Spring) for one in scene.elements], dtype=bool)
     offsets = np.array([getattr(one, "offset", 0.0) for one in scene.elements])

@@ -216,7 +216,7 @@ class _Search:
     def is_linear(self, amplitude: float) -> bool:
         """Return whether the linear mode with an amplitude is a motion of the scene: no event ends it."""
         scene, guess = self.feeding.scene, self.linear(amplitude)
-        linear = not (scene.core.has_friction_laws or scene.core.has_planes or scene.elements)
+        linear = not (scene.core.has_friction_laws or scene.core.has_planes or scene.core.has_elements)
         if not (linear and is_valid(scene, guess.state)):
             return False
         return not len(simulate(self.feeding.at(guess.delta, 0.0), guess.period, guess.state).events)

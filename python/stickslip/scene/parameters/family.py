@@ -27,7 +27,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, OF_LAW, SPRINGS, core_contact, nearest
+from stickslip.scene.contact import LAW, OF_LAW, SPRINGS, core_contact, laws_of, nearest
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.models import subsystems
 from stickslip.scene.models.subsystems import Link, Subsystem
@@ -126,7 +126,7 @@ class Family:
             known = self.is_chain and not any(self.slot(name).late for name in names)
         if not known or self.template.elements:
             return False
-        return not any(isinstance(contact.friction, FrictionLaw) for contact in self.template.contacts)
+        return not any(laws_of(contact) for contact in self.template.contacts)
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:

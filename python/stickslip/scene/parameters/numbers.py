@@ -14,6 +14,7 @@ from stickslip.faults import InputError
 from stickslip.scene.contact import (
     LAW,
     OF_LAW,
+    OF_SPRING,
     SHARED,
     SPRINGS,
     Contact,
@@ -21,12 +22,13 @@ from stickslip.scene.contact import (
     contact_labels,
     law_number,
     law_numbers,
+    laws_of,
     nearest,
     with_law_number,
 )
 from stickslip.scene.elements import element_names, element_numbers, with_element_number
 from stickslip.scene.laws.damping import Rayleigh
-from stickslip.scene.laws.law import FrictionLaw
+from stickslip.scene.laws.law import OneVariableLaw
 from stickslip.scene.loads.in_time import Harmonic, Switched
 from stickslip.scene.loads.of_scene import load_names, vibration_name
 
@@ -213,8 +215,8 @@ def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
 
 
 def _laws(contacts: Sequence[Contact]) -> list[str]:
-    """Return the numbers of laws of friction by the names of parameters."""
-    return list(dict.fromkeys(f"{OF_LAW}{name}" for contact in contacts for name in law_numbers(contact)))
+    """Return the numbers of laws of contacts by the names of parameters."""
+    return list(dict.fromkeys(name for contact in contacts for name in law_numbers(contact)))
 
 
 def known_names(scene: Any) -> list[str]:
@@ -259,8 +261,8 @@ def scene_numbers(scene: Any, laws: Iterable[str] = LAW) -> dict[str, float | No
         for k, contact in enumerate(scene.contacts):
             if name in ("normal_force", *SPRINGS) and not concerns(name, contact):
                 continue
-            law = contact.friction if name == "friction" else None
-            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, FrictionLaw) else [name]
+            law = laws_of(contact).get(name)
+            names = [name] if law is None else [f"{name}_{one}" for one in law.parameters()]
             for one in names:
                 found[f"{one}_{k}" if several else one] = law_number(contact, one)
     for name, number in load_numbers(scene).items():
@@ -283,12 +285,14 @@ def is_number_name(name: str) -> bool:
 
 def unit_of_name(name: str) -> str:
     """Return the unit of a number of a scene that is not made yet; empty where it cannot be known."""
-    # What follows friction_ may be the number of a formula.
-    formula = name.startswith(OF_LAW) and not name.removeprefix(OF_LAW).isdecimal()
+    # What follows friction_ or normal_stiffness_ may be the number of a formula.
+    formula = [
+        prefix.removesuffix("_")
+        for prefix in (OF_LAW, OF_SPRING)
+        if name.startswith(prefix) and not name.removeprefix(prefix).isdecimal()
+    ]
     fields = [
-        field
-        for field in UNITS
-        if name == field or (name.startswith(f"{field}_") and not (formula and field == "friction"))
+        field for field in UNITS if name == field or (name.startswith(f"{field}_") and field not in formula)
     ]
     stem = name.rstrip("_0123456789").rpartition("_")[2]
     # The amplitude of a load is a force, that of a slider a speed.
@@ -319,18 +323,20 @@ def _check_apart(numbers: Iterable[Number], call: str) -> None:
 
 
 def _check_laws_kept(contacts: Sequence[Contact], number: Number, value: Any = 0.0) -> None:
-    """Refuse a number as friction of a contact whose friction is a law over slip speed."""
-    if (number.owner, number.field) != ("contact", "friction") or isinstance(value, FrictionLaw | Mapping):
+    """Refuse a number as friction or normal stiffness of a contact that has a law there."""
+    if number.owner != "contact" or isinstance(value, OneVariableLaw | Mapping):
         return
     for k in number.places:
-        law = contacts[k].friction
-        if isinstance(law, FrictionLaw) and law.data() is not None:
+        law = laws_of(contacts[k]).get(number.field)
+        if law is not None and law.data() is not None:
             suffix = f"_{k}" if len(contacts) > 1 else ""
-            numbers = ", ".join(f"{OF_LAW}{name}{suffix}" for name in law.parameters())
+            field = number.field
+            over = "slip speed" if field == "friction" else "penetration"
+            numbers = ", ".join(f"{field}_{name}{suffix}" for name in law.parameters())
             known = f"; its numbers are {numbers}" if numbers else "; a table has no numbers to vary"
             raise InputError(
-                f"friction: a number would replace the law of contact {contact_labels(contacts)[k]}, "
-                f"{law.law} over slip speed{known}; scene.replace(friction=...) gives a scene without the law"
+                f"{field}: a number would replace the law of contact {contact_labels(contacts)[k]}, "
+                f"{law.law} over {over}{known}; scene.replace({field}=...) gives a scene without the law"
             )
 
 

@@ -112,7 +112,7 @@ pub(crate) fn coordinates_at(
         functions = event_functions(scene, &state.combination)?;
     }
     if let Some(element) = scene.undefined_element(&q, &u) {
-        return Err(Error::UndefinedElement { element });
+        return Err(Error::UndefinedElement { element: scene.element_name(element) });
     }
     // Where mass couples contacts, the forces of one follow from the friction of all at their slip speeds.
     let at_slip = scene.in_state(&q, &u);

@@ -201,7 +201,7 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
     let laws: Vec<Option<usize>> = scene.sliding_by_law(combination).flat_map(forces).collect();
     let by_law = friction_response(scene, combination);
     let count = scene.contacts.len();
-    let loads = scene.nonlinear_elements().map(|(_, one)| {
+    let loads = scene.nonlinear_elements_in(combination).map(|(_, one)| {
         let entry = |k: usize| {
             let own = one.direction.iter().filter(|term| term.0 == k);
             own.map(|term| term.1).sum::<f64>()

@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `+` / `-` | -s / +s | slip velocity zero |
 //! | `+` / `-` by a law without mass | `abs(T) - mu(0) N` | slip velocity zero |
-//! | `+` / `-` | N | normal force zero |
+//! | `+` / `-` | N, or the stretch of a contact spring by a law | normal force zero |
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
 //! | `o` | N | normal force zero |
 //! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
@@ -181,11 +181,8 @@ fn of_contact(
             };
             let slip = scene.has_direction(contact).then(|| function(EventKind::Velocity, slip()));
             // A given normal force does not vanish.
-            let release = law.opens().then(|| EventFunction {
-                forces: vec![(n, 1.0)],
-                ..function(EventKind::Release, normal)
-            });
-            slip.into_iter().chain(release).collect()
+            let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
+            slip.into_iter().chain(releases).collect()
         }
         Status::Sticking if let Some(plane) = law.plane => {
             let part = |part, functional| EventFunction {
@@ -209,7 +206,13 @@ fn of_contact(
                     Functional::sum([(limit, &normal), (sign, &friction)].into_iter()),
                 )
             };
-            vec![cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)]
+            let mut functions =
+                vec![cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)];
+            // The force of a spring by a law may touch zero without a change of its sign.
+            if scene.contact_spring(contact).is_some() {
+                functions.extend(releases(scene, contact, normal));
+            }
+            functions
         }
         Status::Detached => {
             let trigger = match law.normal_has_mass() {
@@ -219,6 +222,20 @@ fn of_contact(
             vec![function(trigger, gap_of(law))]
         }
     }
+}
+
+/// The event functions by which a closed contact opens: N; or, of a contact spring by a law, its stretch, and N of a formula, which
+/// might come to zero before the stretch does.
+fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunction> {
+    let by_force = EventFunction {
+        forces: vec![(2 * contact + 1, 1.0)],
+        ..EventFunction::kinematic(contact, EventKind::Release, normal.clone())
+    };
+    let Some(spring) = scene.contact_spring(contact) else { return vec![by_force] };
+    // The linear part of N is the stretch times a stiffness.
+    let stretch = EventFunction::kinematic(contact, EventKind::Release, normal);
+    let of_force = (!spring.is_tabulated()).then_some(by_force);
+    std::iter::once(stretch).chain(of_force).collect()
 }
 
 /// The event functions of a combination in which some forces are not determined: the inequalities that some split of

@@ -7,7 +7,7 @@ use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
     Departure, NODE_ROUNDING, Series, Settlement, continuous, of_contact, sliding_status,
 };
-use crate::error::run::RunFailure;
+use crate::error::run::{LawEnd, RunFailure};
 use crate::scene::contact_law::{Contact, Directions, Plane};
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
@@ -33,6 +33,10 @@ pub(crate) fn settle(
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
     settlement.rest = None;
+    let releases = triggers.iter().filter(|trigger| trigger.1 == EventKind::Release);
+    if let Some(contact) = scene.pulling(releases.map(|trigger| trigger.0), q) {
+        return Err(RunFailure::Law { contact, time, end: LawEnd::Pulling });
+    }
     let tangent = scene.elements_at_contacts().then(|| scene.tangent(q, u));
     let scene = tangent.as_deref().unwrap_or(scene);
     // A gap that rounding has made negative by the time of another contact's event is zero.

@@ -50,9 +50,12 @@ pub enum Error {
     StateFormulas { contact: usize, reason: String },
     /// A state in which the law of an element has no value.
     #[error(
-        "state: element {element} has no finite force and slope there; start where its law is defined and smooth"
+        "state: {element} has no finite force and slope there; start where its law is defined and smooth"
     )]
-    UndefinedElement { element: usize },
+    UndefinedElement { element: String },
+    /// A law of the stiffness of a contact in a scene in which it is not computed.
+    #[error("contact {contact}: normal_stiffness: a law {reason}")]
+    ContactLaw { contact: usize, reason: &'static str },
     /// A question whose answer needs the place at rest, which a sticking contact leaves open.
     #[error(
         "combination {combination:?}: the slope of springs depends on the place at rest, which contact {stuck} leaves open: it sticks to a slider without a speed; ask for a combination in which it slides or is open"
@@ -283,12 +286,12 @@ pub enum Error {
     },
     /// Modes are asked for where an element is not linear.
     #[error(
-        "method 'modal': combination {combination:?} has no modes of finite motion, as element {element} is not linear; use 'auto' or 'taylor'"
+        "method 'modal': combination {combination:?} has no modes of finite motion, as {element} is not linear; use 'auto' or 'taylor'"
     )]
     NonlinearElement {
         combination: String,
         /// The spring or damper.
-        element: usize,
+        element: String,
     },
     /// The motion depends on a split of contact forces that nothing determines, as friction depends on slip speed.
     #[error(

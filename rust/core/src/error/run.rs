@@ -46,6 +46,11 @@ pub enum LawEnd {
         "it opens or closes, and where friction depends on slip speed without mass in the tangential direction, this is computed only if the contact does not slip as it does, and if no stiffness ties that direction to the normal one or to other contacts without mass; leave tangential_stiffness out, give the dofs mass, or state constant friction"
     )]
     Opening,
+    /// The law of a contact spring would pull.
+    #[error(
+        "the law of its normal_stiffness comes to force 0 while it is still pressed, and would pull beyond; state a law that presses at every penetration"
+    )]
+    Pulling,
     /// Friction changes over slip speeds that are lost in the rounding of the motion.
     #[error(
         "its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"

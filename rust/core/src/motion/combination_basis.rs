@@ -69,6 +69,7 @@ impl CombinationBasis {
         let linear = of_phase(scene, combination);
         let is_linear = matches!(linear, Cow::Owned(_));
         let exhaustions = is_linear.then(|| exhaustions(scene, combination));
+        let linear = linear.pressed_in(combination);
         let scene = &*linear;
         let condensed = Condensed::new(scene, combination)?.map(Box::new);
         let mut functions = event_functions(scene, combination)?;
@@ -117,7 +118,8 @@ impl CombinationBasis {
         }
         let law =
             scene.sliding_by_law(combination).next().map(|(contact, _)| LawOf::Contact(contact));
-        let element = || scene.nonlinear_elements().next().map(|(place, _)| LawOf::Element(place));
+        let mut elements = scene.nonlinear_elements_in(combination);
+        let element = || elements.next().map(|(place, _)| LawOf::Element(place));
         let plane =
             || scene.slipping_in_planes(combination).next().map(|[of, _]| LawOf::Contact(of));
         let by_law = law.or_else(element).or_else(plane);
@@ -133,7 +135,10 @@ impl CombinationBasis {
                     LawOf::Contact(contact) | LawOf::Deflection(contact) => {
                         Error::NonlinearPhase { combination, contact }
                     }
-                    LawOf::Element(element) => Error::NonlinearElement { combination, element },
+                    LawOf::Element(place) => {
+                        let element = scene.element_name(place);
+                        Error::NonlinearElement { combination, element }
+                    }
                 });
             }
             let left = left();

@@ -20,7 +20,8 @@ pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
-pub use elements::element::{ElementInput, ElementKind};
+pub use elements::element::{ElementInput, ElementKind, ElementPlace};
+pub use elements::tangent::contact_stiffness;
 pub use friction::bristles::{Bristles, Hysteresis};
 pub use friction::contact_state::{ContactState, StateFormulas};
 pub use friction::decay::Decay;

@@ -27,8 +27,8 @@ pub enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-/// (normal, tangential) stiffness of a compliant contact.
-type SpringData = (Option<f64>, Option<f64>);
+/// (normal, tangential) stiffness of a compliant contact, and the law of the normal one in place of a number.
+type SpringData = (Option<f64>, Option<f64>, Option<LawData>);
 
 pub type ContactData<'py> = (
     Option<DirectionInput<'py>>,
@@ -60,7 +60,8 @@ pub fn contact_inputs(
     };
     contacts
         .iter()
-        .map(|contact| {
+        .enumerate()
+        .map(|(place, contact)| {
             let (
                 tangential,
                 normal,
@@ -74,6 +75,8 @@ pub fn contact_inputs(
                 law,
                 beside,
             ) = contact;
+            let pressed = spring_law(contact)?;
+            let pressed = pressed.map(|law| core::scene::contact_stiffness(place, &law));
             Ok(core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
                 normal: normal.as_ref().map(direction),
@@ -83,7 +86,10 @@ pub fn contact_inputs(
                 slider_speed: *speed,
                 restitution: *restitution,
                 gap: *gap,
-                springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
+                springs: core::scene::Springs {
+                    normal: pressed.transpose()?.or(springs.0),
+                    tangential: springs.1,
+                },
                 state: law.as_ref().map(state).transpose()?.flatten(),
                 beside: *beside,
             })
@@ -94,20 +100,39 @@ pub fn contact_inputs(
 /// Of a spring or a damper: its kind, its direction by entries, its offset, and its law.
 pub type ElementData = (String, Vec<(usize, f64)>, f64, LawData);
 
-/// Springs and dampers.
-pub fn elements(given: &[ElementData]) -> Result<Vec<core::scene::ElementInput>, core::Error> {
+/// The law of the normal stiffness of a contact, where it is no number.
+fn spring_law(contact: &ContactData<'_>) -> Result<Option<core::scene::FrictionLaw>, core::Error> {
+    let (.., springs, _, _) = contact;
+    springs.2.as_ref().map(law).transpose()
+}
+
+/// Springs and dampers, and then the springs of contacts whose stiffness is a law.
+pub fn elements(
+    given: &[ElementData],
+    contacts: &[ContactData<'_>],
+) -> Result<Vec<core::scene::ElementInput>, core::Error> {
     let element = |(kind, direction, offset, data): &ElementData| {
         Ok(core::scene::ElementInput {
             kind: match &kind[..] {
                 "damper" => core::scene::ElementKind::Damper,
                 _ => core::scene::ElementKind::Spring,
             },
-            direction: direction.clone(),
+            place: core::scene::ElementPlace::Direction(direction.clone()),
             offset: *offset,
             law: law(data)?,
         })
     };
-    given.iter().map(element).collect()
+    let of_contact = |(place, contact)| {
+        let input = |law| core::scene::ElementInput {
+            kind: core::scene::ElementKind::Spring,
+            place: core::scene::ElementPlace::Contact(place),
+            offset: 0.0,
+            law,
+        };
+        Ok(spring_law(contact)?.map(input))
+    };
+    let springs = contacts.iter().enumerate().map(of_contact).filter_map(Result::transpose);
+    given.iter().map(element).chain(springs).collect()
 }
 
 /// How friction depends on slip speed, by contact.

@@ -35,7 +35,7 @@ struct Nonlinear {
 
 impl Nonlinear {
     fn new(contacts: &[ContactData<'_>], elements: &[ElementData]) -> Result<Self, core::Error> {
-        Ok(Self { laws: friction_laws(contacts)?, elements: self::elements(elements)? })
+        Ok(Self { laws: friction_laws(contacts)?, elements: self::elements(elements, contacts)? })
     }
 
     fn beside(&self, scene: core::Scene) -> Result<core::Scene, core::Error> {

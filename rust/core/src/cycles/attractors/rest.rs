@@ -99,7 +99,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     // Where the motion would rest if elements were linear about where it is, and so on.
     let mut about = q.clone();
     for _ in 0..STEPS {
-        if moving.nonlinear_elements().next().is_none() {
+        if moving.nonlinear_elements_in(combination).next().is_none() {
             break;
         }
         let linear = moving.linear_about(&about);
@@ -345,7 +345,7 @@ impl<'a> Laws<'a> {
             }
         });
         let still = vec![0.0; steady.size];
-        let elements = moving.nonlinear_elements().map(|(_, one)| {
+        let elements = moving.nonlinear_elements_in(combination).map(|(_, one)| {
             let mut slip = Functional { constant: -one.offset, ..Functional::default() };
             match one.kind {
                 ElementKind::Spring => slip.position.clone_from(&one.direction),

@@ -41,7 +41,7 @@ impl<'a> Turns<'a> {
         let scene = run.scene();
         let combination = run.combination_of(phase);
         // A motion that elements keep within bounds turns at every contact that slides.
-        let bounded = scene.nonlinear_elements().next().is_some();
+        let bounded = scene.nonlinear_elements_in(&combination).next().is_some();
         let statuses = combination.statuses().iter().enumerate();
         let contacts: Vec<usize> = match bounded {
             true => statuses.filter(|(_, s)| s.is_sliding()).map(|(contact, _)| contact).collect(),

@@ -24,7 +24,7 @@ impl EventValue {
         let mut friction = Vec::new();
         let phase = of_phase(scene, combination);
         let by_law = phase.sliding_by_law(combination).next().is_some();
-        if (by_law || phase.nonlinear_elements().next().is_some())
+        if (by_law || phase.nonlinear_elements_in(combination).next().is_some())
             && let Some(response) = response(&phase, combination)
         {
             friction

@@ -67,7 +67,7 @@ impl<'a> Flow<'a> {
         let linear = of_phase(scene, &basis.combination);
         let by_law = linear.sliding_by_law(&basis.combination).next().is_some()
             || linear.slipping_in_planes(&basis.combination).next().is_some()
-            || linear.nonlinear_elements().next().is_some();
+            || linear.nonlinear_elements_in(&basis.combination).next().is_some();
         let basis = match &basis.propagator {
             // Neighbours are carried in one piece.
             Propagator::Blocks(_) if by_law => {

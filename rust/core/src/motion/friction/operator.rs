@@ -187,7 +187,7 @@ impl LawOperator {
             let of = LawOf::Contact(contact);
             vec![LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }]
         });
-        let elements = scene.nonlinear_elements().map(|(place, one)| {
+        let elements = scene.nonlinear_elements_in(combination).map(|(place, one)| {
             let mut slip = Functional { constant: -one.offset, ..Functional::default() };
             match one.kind {
                 ElementKind::Spring => slip.position.clone_from(&one.direction),

@@ -3,6 +3,8 @@
 use crate::numerics::gauss::gauss_rule;
 use crate::scene::friction::law::FrictionLaw;
 
+/// Part of the first piece of a table below which the stretch of the spring of a contact is none.
+const RELAXED: f64 = 1e-9;
 /// Halvings of a stretch over which the work of a spring is integrated.
 const HALVINGS: usize = 12;
 /// Change of a work by a halving that is rounding, relative to its terms.
@@ -22,12 +24,22 @@ pub enum ElementKind {
 pub struct ElementInput {
     /// What its force depends on.
     pub kind: ElementKind,
-    /// d: (dof, entry).
-    pub direction: Vec<(usize, f64)>,
+    /// Where it acts.
+    pub place: ElementPlace,
     /// The stretch at `x = 0` is minus this, m; 0 of a damper.
     pub offset: f64,
     /// phi, N, over m or m/s of either sign.
     pub law: FrictionLaw,
+}
+
+/// Where a spring or a damper acts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ElementPlace {
+    /// Along d: (dof, entry).
+    Direction(Vec<(usize, f64)>),
+    /// Between the node of a compliant contact and the body, along its normal: the stretch is the penetration
+    /// `-(n . x + gap)`. It presses while the contact is closed; the stiffness of the contact is the slope of its law at zero.
+    Contact(usize),
 }
 
 /// A spring or a damper in contact coordinates.
@@ -37,9 +49,13 @@ pub(crate) struct Element {
     /// d
     pub direction: Vec<(usize, f64)>,
     pub offset: f64,
+    /// The contact whose spring it is.
+    pub contact: Option<usize>,
+    /// Of such a spring the stiffness that the node has without it, N/m.
+    pub node_stiffness: f64,
     /// psi
     pub excess: FrictionLaw,
-    /// phi(0) and phi'(0).
+    /// phi(0) and phi'(0), as far as they are no part of the matrices before; of the spring of a contact zeros.
     pub linear: [f64; 2],
 }
 
@@ -62,6 +78,23 @@ impl Element {
     /// `d . x` of a vector in contact coordinates.
     pub fn along(&self, x: &[f64]) -> f64 {
         self.direction.iter().map(|&(k, weight)| weight * x[k]).sum()
+    }
+
+    /// Whether the spring of a contact has no stretch, or one that is none to a table, whose slope there may be zero.
+    pub fn is_relaxed(&self, q: &[f64]) -> bool {
+        let least = match &self.excess {
+            FrictionLaw::Tabulated(table) => RELAXED * table.speeds.get(1).copied().unwrap_or(0.0),
+            _ => 0.0,
+        };
+        self.along(q) <= least
+    }
+
+    /// Whether the formula of the spring of a contact has come to a zero of its own, and not to that of its stretch, where psi
+    /// vanishes beside the linear part.
+    pub fn pulls(&self, q: &[f64]) -> bool {
+        let stretch = self.along(q);
+        let linear = self.node_stiffness * stretch;
+        !self.is_tabulated() && linear > 0.0 && self.excess.value(stretch) < -0.5 * linear
     }
 
     /// The constant part of its force, which is a part of F.

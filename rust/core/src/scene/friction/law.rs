@@ -224,9 +224,9 @@ impl FrictionLaw {
     }
 
     /// Refuses a table that is no function of the argument of an element.
-    pub(crate) fn validate_force(&self, element: usize) -> Result<(), Error> {
+    pub(crate) fn validate_force(&self, argument: &str) -> Result<(), Error> {
         let Self::Tabulated(table) = self else { return Ok(()) };
-        refused(table.checks(), |name| format!("element {element}: law: {name}"))
+        refused(table.checks(), |name| format!("{argument}: {name}"))
     }
 
     /// mu at a slip speed >= 0.

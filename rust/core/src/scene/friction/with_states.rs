@@ -66,7 +66,7 @@ impl Scene {
         if given.is_empty() {
             return Ok(self);
         }
-        if let Some(reason) = self.refuses_local_forces() {
+        if let Some(reason) = self.refuses_bristles() {
             return Err(Error::StateBeside { contact: given[0].0, reason });
         }
         let mut laws = vec![None; self.contacts.len()];

@@ -99,6 +99,17 @@ impl Massless {
         self.groups.is_empty()
     }
 
+    /// The same coordinates under another stiffness.
+    pub fn with_stiffness(&self, stiffness: &SparseMatrix) -> Self {
+        let flexible = |group: &Group| {
+            let block = stiffness.restricted(&group.coordinates).to_dense();
+            let unit = DMatrix::identity(block.nrows(), block.ncols());
+            Group { flexibility: Factors::new(block).solve(unit), ..group.clone() }
+        };
+        let groups = self.groups.iter().map(flexible).collect();
+        Self { groups, coordinates: self.coordinates.clone() }
+    }
+
     /// The coordinates with mass that stiffness ties to these, ascending.
     pub fn neighbours(&self, stiffness: &SparseMatrix) -> Vec<usize> {
         let rows = self.coordinates.iter().flat_map(|&k| stiffness.row(k));
@@ -254,6 +265,17 @@ impl Nodes {
 
     pub fn is_empty(&self) -> bool {
         self.springs.is_empty() && self.states.is_empty()
+    }
+
+    /// By dof and node: how the spring along the normal of a contact is stretched, `z - n . x`.
+    pub fn stretch(&self, contact: usize) -> Vec<f64> {
+        let mut along = vec![0.0; self.size];
+        let node = self.places[contact].1;
+        for spring in self.springs.iter().filter(|spring| Some(spring.node) == node) {
+            spring.direction.iter().for_each(|&(dof, entry)| along[dof] -= entry);
+            along[spring.node] = 1.0;
+        }
+        along
     }
 
     /// K with the springs: `k (z - d . x)^2 / 2` is the energy of each.

@@ -6,7 +6,7 @@
 //! states of rest; this one is connected to that of the linear scene.
 
 use crate::error::input::Error;
-use crate::scene::model::Scene;
+use crate::scene::model::{Scene, State};
 use crate::scene::statics::equilibrium::Equilibrium;
 use crate::scene::status::{Combination, Status};
 
@@ -25,8 +25,7 @@ impl Scene {
         let combination = self.clone().without_elements().sliding_combination();
         let combination = combination.map(|all| all.to_string()).unwrap_or_default();
         let rest = |scene: &Self| Ok(scene.steady_equilibrium()?.0);
-        let at =
-            |rest: &Equilibrium| self.to_coordinates(&rest.state.position, &rest.state.velocity).0;
+        let at = |rest: &Equilibrium| self.touching(&rest.state);
         Ok(self.settle(&combination, rest, at)?.0)
     }
 
@@ -38,7 +37,7 @@ impl Scene {
     /// The place of rest in a combination, in which contacts that stick are where they would slide steadily; the origin where
     /// nothing depends on it.
     pub(crate) fn place_of_rest(&self, combination: &Combination) -> Result<Vec<f64>, Error> {
-        if self.nonlinear_elements().next().is_none() {
+        if self.nonlinear_elements_in(combination).next().is_none() {
             return Ok(vec![0.0; self.size]);
         }
         let slides = |(contact, &status): (usize, &Status)| match status {
@@ -51,11 +50,18 @@ impl Scene {
             .map_err(|stuck| Error::PlaceAtRest { stuck, combination: combination.to_string() })?;
         let sliding = Combination::new(sliding);
         let rest = |scene: &Self| scene.at_steady_sliding().rest_of(&sliding);
-        let at = |rest: &(Equilibrium, Vec<f64>)| {
-            let state = &rest.0.state;
-            self.to_coordinates(&state.position, &state.velocity).0
-        };
+        let at = |rest: &(Equilibrium, Vec<f64>)| self.touching(&rest.0.state);
         Ok(self.settle(&combination.to_string(), rest, at)?.1)
+    }
+
+    /// The place of a state, with the nodes of closed compliant contacts where their gaps are closed.
+    fn touching(&self, state: &State) -> Vec<f64> {
+        let (mut q, _) = self.to_coordinates(&state.position, &state.velocity);
+        let contacts = self.contacts.iter().zip(state.combination.statuses());
+        for (law, _) in contacts.filter(|(law, s)| s.is_closed() && !law.normal_has_mass()) {
+            q[law.normal] = law.closed();
+        }
+        q
     }
 
     /// Newton's method: what `rest` gives with tangents at the place `at` which it rests, and that place.

@@ -95,7 +95,10 @@ impl PhaseSearch {
                         LawOf::Contact(contact) | LawOf::Deflection(contact) => {
                             RunFailure::Law { contact, time, end }
                         }
-                        LawOf::Element(element) => RunFailure::Element { element, time, end },
+                        LawOf::Element(element) => match run.scene.elements()[element].contact {
+                            Some(contact) => RunFailure::Law { contact, time, end },
+                            None => RunFailure::Element { element, time, end },
+                        },
                     };
                     return stop(run, motion, 0.0, StopReason::Failed(failure));
                 }

@@ -17,7 +17,7 @@ use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::scene::contact_law::{Contact, ContactInput, Direction};
-use crate::scene::elements::element::{Element, ElementInput, ElementKind};
+use crate::scene::elements::element::{Element, ElementInput, ElementKind, ElementPlace};
 use crate::scene::friction::decay::Decay;
 use crate::scene::friction::formula::{GivenOperation, Operation};
 use crate::scene::friction::law::{FrictionLaw, Table};
@@ -362,16 +362,17 @@ fn element() -> impl Strategy<Value = ElementInput> {
     let ends = (any::<prop::sample::Index>(), any::<prop::sample::Index>());
     (formula(), ends, -1.0..1.0f64, any::<bool>()).prop_map(|(law, (a, b), place, damps)| {
         // Two masses, which every scene has.
-        let direction = vec![(a.index(3), 1.0), (b.index(3), place)];
+        let along = ElementPlace::Direction(vec![(a.index(3), 1.0), (b.index(3), place)]);
         match damps {
             true => {
                 let kind = ElementKind::Damper;
                 // A damper has no force at rest.
                 let law = law.less_line([law.value(0.0), 0.0]);
-                ElementInput { kind, direction, offset: 0.0, law }
+                ElementInput { kind, place: along, offset: 0.0, law }
             }
             false => {
-                ElementInput { kind: ElementKind::Spring, direction, offset: 0.1 * place, law }
+                let kind = ElementKind::Spring;
+                ElementInput { kind, place: along, offset: 0.1 * place, law }
             }
         }
     })

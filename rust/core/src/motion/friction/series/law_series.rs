@@ -45,7 +45,8 @@ pub fn elements_at_rest(scene: &Scene, combination: &Combination) -> Result<Vec<
     let still = vec![0.0; q.len()];
     let derivatives = |one: &Element| {
         let argument = one.argument(&q, &still);
-        let [value, slope] = one.linear;
+        let [value, linear] = one.linear;
+        let slope = linear + one.node_stiffness;
         let [excess, first, second, third] = law_derivatives(&one.excess, argument);
         [argument, excess + value + slope * argument, first + slope, second, third]
     };
