@@ -244,7 +244,7 @@ def concerns(field: str, contact: Contact) -> bool:
 
 def law_numbers(contact: Contact) -> dict[str, float]:
     """Return the numbers of its laws of friction and normal stiffness by name; none where it has no law."""
-    found = {}
+    found: dict[str, float] = {}
     for field, law in laws_of(contact).items():
         found |= {f"{field}_{name}": value for name, value in law.parameters().items()}
     return found

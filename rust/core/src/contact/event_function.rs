@@ -180,7 +180,6 @@ fn of_contact(
                 false => slip_velocity(scene, contact).scaled(-sign),
             };
             let slip = scene.has_direction(contact).then(|| function(EventKind::Velocity, slip()));
-            // A given normal force does not vanish.
             let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
             slip.into_iter().chain(releases).collect()
         }
@@ -206,13 +205,11 @@ fn of_contact(
                     Functional::sum([(limit, &normal), (sign, &friction)].into_iter()),
                 )
             };
-            let mut functions =
-                vec![cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)];
+            let cones = [cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)];
             // The force of a spring by a law may touch zero without a change of its sign.
-            if scene.contact_spring(contact).is_some() {
-                functions.extend(releases(scene, contact, normal));
-            }
-            functions
+            let spring = scene.contact_spring(contact);
+            let opening = spring.map(|_| releases(scene, contact, normal.clone()));
+            cones.into_iter().chain(opening.into_iter().flatten()).collect()
         }
         Status::Detached => {
             let trigger = match law.normal_has_mass() {
@@ -224,8 +221,7 @@ fn of_contact(
     }
 }
 
-/// The event functions by which a closed contact opens: N; or, of a contact spring by a law, its stretch, and N of a formula, which
-/// might come to zero before the stretch does.
+/// Where a contact opens: N; or of a spring by a law its stretch, and N of a formula, which might come to zero before.
 fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunction> {
     let by_force = EventFunction {
         forces: vec![(2 * contact + 1, 1.0)],

@@ -49,9 +49,7 @@ pub enum Error {
     #[error("contact {contact}: friction: {reason}")]
     StateFormulas { contact: usize, reason: String },
     /// A state in which the law of an element has no value.
-    #[error(
-        "state: {element} has no finite force and slope there; start where its law is defined and smooth"
-    )]
+    #[error("state: {element} has no finite force and slope there; start where its law is smooth")]
     UndefinedElement { element: String },
     /// A law of the stiffness of a contact in a scene in which it is not computed.
     #[error("contact {contact}: normal_stiffness: a law {reason}")]
