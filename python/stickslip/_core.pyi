@@ -78,8 +78,8 @@ _ElementData = tuple[
     float,
     tuple[str, list[float], list[list[float]], list[tuple[str, int, int, float]]],
 ]
-#: A combination, with the friction forces that compliant contacts hold.
-_Statuses = str | tuple[str, list[float]]
+#: A combination, with the friction forces that compliant contacts hold and the states of contacts.
+_Statuses = str | tuple[str, list[float], list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 _Growth = tuple[float, float, float]
 #: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
@@ -181,7 +181,7 @@ class Batch:
         added_velocity: _Real | None,
     ) -> None: ...
     # position, velocity, combination, friction forces at the start and the motion; or why there is none
-    def collect(self) -> tuple[_Real, _Real, str, list[float], Trajectory] | StickslipError: ...
+    def collect(self) -> tuple[_Real, _Real, str, list[float], list[float], Trajectory] | StickslipError: ...
     def stop(self) -> None: ...
 
 @final
@@ -273,7 +273,7 @@ class Trajectory:
     accumulations: list[tuple[int, int, float]]  # event index, bounces left out, error bound of the time
     # time, contact, kind of the event not taken, event function at the touch, bound on its error
     grazings: list[tuple[float, int, str, float, float]]
-    def state(self, time: float) -> tuple[_Real, _Real, str, list[float]]: ...
+    def state(self, time: float) -> tuple[_Real, _Real, str, list[float], list[float]]: ...
     def event_states(
         self,
     ) -> tuple[_Real, _Real]: ...  # (events, n) position and velocity just after each event

@@ -150,6 +150,17 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
             normal_force=5.0,
         )
     ),
+    "bristles that open": lambda: _scene(
+        _belt(friction=ss.friction.LuGre(static=0.8, kinetic=0.4, speed=0.1, stiffness=400.0, damping=0.2))
+    ),
+    "rate and state on a spring": lambda: _scene(
+        _belt(
+            friction=ss.friction.RateState(
+                reference=0.5, direct=0.05, evolution=0.06, length=0.02, speed=0.1
+            ),
+            normal_stiffness=3000.0,
+        )
+    ),
     "own state": lambda: _scene(
         _belt(friction=ss.friction.StateLaw(force=_bent, rate=_bending), normal=None, normal_force=5.0)
     ),
@@ -191,6 +202,8 @@ PARAMETERS = {
     "Stribeck": ("friction_kinetic", 0.2, 0.6),
     "bristles": ("friction_kinetic", 0.2, 0.6),
     "own state": ("friction_kinetic", 0.2, 0.6),
+    "bristles that open": ("friction_kinetic", 0.2, 0.6),
+    "rate and state on a spring": ("friction_evolution", 0.04, 0.09),
     "table": ("slider_speed", 0.12, 0.3),
     "formula": ("friction_rise", 0.2, 0.6),
     "stop": ("gap", 0.05, 0.1),

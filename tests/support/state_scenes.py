@@ -151,11 +151,7 @@ class StateEquations:
         self.directions = np.array([contact.tangential for contact in contacts])
         self.speeds = np.array([contact.slider_speed for contact in contacts])
         self.pressed = np.array([contact.normal_force for contact in contacts])
-        laws = [contact.friction for contact in contacts]
-        self.laws = [force_and_rate(law) for law in laws]
-        # A state of the scene has the force of the springs of bristles, or minus N times the state.
-        own = [1.0 if isinstance(law, RateState | StateLaw) else law.stiffness for law in laws]
-        self.springs = self.pressed * np.array(own)
+        self.laws = [force_and_rate(contact.friction) for contact in contacts]
 
     def slips(self, y: np.ndarray) -> np.ndarray:
         """Return the slip velocities."""
@@ -173,9 +169,8 @@ class StateEquations:
 
     def state(self, state: ss.State) -> np.ndarray:
         """Return (x, x', z) of a state."""
-        assert state.friction_force is not None
-        z = -state.friction_force / self.springs
-        return np.concatenate([state.position, state.velocity, z])
+        assert state.internal is not None
+        return np.concatenate([state.position, state.velocity, state.internal])
 
 
 @dataclass

@@ -141,7 +141,7 @@ def test_a_start_without_steady_slip_needs_its_state():
     scene = dragged(law)
     with pytest.raises(ss.InputError, match="no steady slip at the slip velocity 2e0 m/s of the start; give"):
         ss.simulate(scene, 1.0, ss.State([0.0], [1.9], "-"))
-    assert ss.simulate(scene, 0.01, ss.State([0.0], [1.9], "-", friction_force=[-0.3])).duration == 0.01
+    assert ss.simulate(scene, 0.01, ss.State([0.0], [1.9], "-", internal=[0.3])).duration == 0.01
 
 
 def test_a_formula_that_loses_its_meaning_ends_the_run():
@@ -149,7 +149,7 @@ def test_a_formula_that_loses_its_meaning_ends_the_run():
     law = ss.friction.StateLaw("0.1 * log(z + 1)", "s - 0.5 - 0.2 * z * abs(s)")
     scene = dragged(law, slider_speed=-3.0)
     with pytest.raises(ss.RunError, match="contact 0") as caught:
-        ss.simulate(scene, 20.0, ss.State([-10.0], [-2.9], "-", friction_force=[0.0]))
+        ss.simulate(scene, 20.0, ss.State([-10.0], [-2.9], "-", internal=[0.0]))
     assert caught.value.partial.duration > 3.0
 
 
@@ -183,10 +183,10 @@ def test_rate_and_state_follows_its_equations():
         return [u, friction - 5.2e8 * x, (1e-6 * np.exp(-z) - abs(s)) / 1e-5]
 
     state = run.state(0.0)
-    first = [state.position[0], state.velocity[0], -state.friction_force[0] / 1e6]
+    first = [state.position[0], state.velocity[0], state.internal[0]]
     path = solve_ivp(rates, (0.0, 2e-3), first, method="Radau", rtol=1e-10, atol=[1e-14, 1e-13, 1e-11])
     last = run.state(2e-3)
-    found = [last.position[0], last.velocity[0], -last.friction_force[0] / 1e6]
+    found = [last.position[0], last.velocity[0], last.internal[0]]
     assert found == pytest.approx(path.y[:, -1], rel=1e-6, abs=1e-9)
     assert abs(run.balance().residual) < 1e-12
 
@@ -196,7 +196,7 @@ def drift(law):
     contact = ss.Contact(tangential="x1", normal_force=1.0, friction=law)
     shaker = ss.Harmonic({"x1": 0.05}, frequency=1.0, name="shaker")
     scene = ss.Scene([0.1], [[1e-6]], force=[0.1], damping=[[2.0]], contacts=[contact], loads=[shaker])
-    run = ss.simulate(scene, 30.0, ss.State([0.0], [0.0], "-", friction_force=[0.0]))
+    run = ss.simulate(scene, 30.0, ss.State([0.0], [0.0], "-", internal=[0.0]))
     first, last = run.sample([10.0, 30.0]).position.to_numpy()[:, 0]
     return last - first
 
@@ -215,7 +215,7 @@ def test_bristles_that_are_elastic_first_slip_at_last():
         tangential="x1", normal_force=pressed, friction=ss.friction.ElastoPlastic(kinetic, stiffness, part)
     )
     scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
-    run = ss.simulate(scene, 1.0, ss.State([0.0], [0.3], "-", friction_force=[0.0]))
+    run = ss.simulate(scene, 1.0, ss.State([0.0], [0.3], "-", internal=[0.0]))
     turn = float(run.events.time[0])
     sample = run.sample(np.linspace(0.0, turn, 40))
     extent = kinetic / stiffness

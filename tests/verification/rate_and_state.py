@@ -52,12 +52,12 @@ def slid(law, mass):
     friction = ss.friction.StateLaw("0.6 + a * log(s) + b * log(z / 10)", rate, a=a, b=b)
     contact = ss.Contact(tangential=0, normal_force=1.0, friction=friction, slider_speed=-AFTER)
     scene = ss.Scene([mass], [[STIFFNESS]], contacts=[contact])
-    start = ss.State([-MU / STIFFNESS], [BEFORE - AFTER], "-", friction_force=[-LENGTH / BEFORE])
+    start = ss.State([-MU / STIFFNESS], [BEFORE - AFTER], "-", internal=[LENGTH / BEFORE])
     run = ss.simulate(scene, TIMES[-1] - JUMP, start)
     rows = []
     for time in TIMES:
         state = run.state(time - JUMP)
-        speed, theta = state.velocity[0] + AFTER, -state.friction_force[0]
+        speed, theta = state.velocity[0] + AFTER, state.internal[0]
         rows.append([MU + a * np.log(speed) + b * np.log(theta / LENGTH), theta, speed])
     return np.array(rows)
 

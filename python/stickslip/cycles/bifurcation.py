@@ -205,8 +205,8 @@ def _followed(
             middles = [0.0] if cycle.load_periods else middles
             candidates = [cycle.run.state(time) for time in middles]
         elif run is not None:
-            position, velocity, combination, held = run.state(run.duration)
-            candidates = [State(position, velocity, combination, scene.dofs, held)]
+            position, velocity, combination, *held = run.state(run.duration)
+            candidates = [State(position, velocity, combination, scene.dofs, *held)]
     return found, restarted, None
 
 

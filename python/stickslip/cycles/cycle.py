@@ -181,8 +181,8 @@ class Cycle(Shown):
     def run(self) -> Motion:
         """One period as a motion from 0 to `period`, to be sampled, drawn, and balanced like any other."""
         core = self.core.trajectory()
-        position, velocity, combination, held = core.state(0.0)
-        start = State(position, velocity, combination, self.scene.dofs, held)
+        position, velocity, combination, *held = core.state(0.0)
+        start = State(position, velocity, combination, self.scene.dofs, *held)
         return Motion(self.scene, start, core)
 
     def balance(self) -> Balance:

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 RESULT = "stickslip_result"
 #: Prefix of variables that only the file has.
 KEPT = "kept_"
+#: What a state has by contact, where it has them.
+OF_CONTACTS = ("friction_force", "internal")
 
 
 def kept(result: Any) -> xr.Dataset:
@@ -119,8 +121,9 @@ def _with_basins(data: xr.Dataset, basins: Basins) -> xr.Dataset:
         f"{KEPT}position": (dim, start.position),
         f"{KEPT}velocity": (dim, start.velocity),
     }
-    if start.friction_force is not None:
-        variables[f"{KEPT}friction_force"] = (f"{KEPT}contact", start.friction_force)
+    for name in OF_CONTACTS:
+        if (values := getattr(start, name)) is not None:
+            variables[f"{KEPT}{name}"] = (f"{KEPT}contact", values)
     texts = {f"{KEPT}text": case_text(basins.scene), f"{KEPT}combination": start.combination}
     return data.assign(variables).assign_attrs(times | texts)
 
@@ -197,13 +200,13 @@ def _basins(data: xr.Dataset) -> Basins:
     scene = start = None
     if text is not None:
         scene = case_of_text(text).scene
-        force = data.get(f"{KEPT}friction_force")
+        held = [data.get(f"{KEPT}{name}") for name in OF_CONTACTS]
         start = State(
             data[f"{KEPT}position"].to_numpy(),
             data[f"{KEPT}velocity"].to_numpy(),
             data.attrs[f"{KEPT}combination"],
             scene.dofs,
-            None if force is None else force.to_numpy(),
+            *(None if values is None else values.to_numpy() for values in held),
         )
     times = float(data.attrs[f"{KEPT}stretch"]), float(data.attrs[f"{KEPT}limit"])
     return Basins(data.reached, attractors, scene, start, *times)

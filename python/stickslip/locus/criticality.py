@@ -20,10 +20,12 @@ Under a contact stiffness by a law, ``N = phi(u)`` with ``u = -n x``, k_n is the
 b = -mu' w N + sigma mu'' N_0 w^2 / 2 + sigma mu'' w^2 N / 2 - mu''' N_0 w^3 / 6
 ```
 
-A contact with a state, ``T = -N_0 f(s, z)`` and ``dz = g(s, z)``, has the change of z as one more unknown:
+A contact with a state, ``T = -N f(s, z)`` and ``dz = g(s, z)``, has the change of z as one more unknown; with
+the change n of N, which vanishes where N is given:
 
 ```text
-T_i + N_0 (f_s w_i + f_z z_i) = -N_0 (f_ss w^2 / 2 + f_sz w z + f_zz z^2 / 2 + ...)
+T_i + N_0 (f_s w_i + f_z z_i) + f n_i = -(N_0 + n) (f_ss w^2 / 2 + f_sz w z + f_zz z^2 / 2 + ...)
+                                        - n (f_s w + f_z z)
 (d - g_z) z_i - g_s w_i       = g_ss w^2 / 2 + g_sz w z + g_zz z^2 / 2 + ...
 ```
 
@@ -107,7 +109,6 @@ class _Sliding:
         """Mu and its derivatives, (4, c)."""
         found = [self.scene.core.friction_derivatives(i) for i in range(len(self.combination))]
         mu = np.array(found).reshape(-1, 4).T
-        # Nothing presses a contact with a state more or less.
         steady = np.where(self.has_state, -self.signs * self.states[0, 0], mu[0])
         slope = np.where(self.has_state, self.states[0, 1], mu[1])
         return np.stack([steady, slope, *np.where(self.has_state, 0.0, mu[2:])])
@@ -254,10 +255,12 @@ class _Sliding:
         square = self.signs * curvature * self.normal_force * first[0] * second[0]
         _, (bent, _), _ = self.elements
         (w, z), (v, y) = (first[0], first[3]), (second[0], second[3])
-        _, _, _, ss, sz, zz, *_ = self.states.transpose(1, 0, 2)
+        _, _, by_state, ss, sz, zz, *_ = self.states.transpose(1, 0, 2)
         of_states = ss * w * v + sz * (w * y + z * v) + zz * z * y
         of_springs = self.pressed[3] * first[4] * second[4] * self.compliance[1]
-        return self.rows(-bent * first[2] * second[2], square - slope * mixed, of_springs, of_states)
+        pressing = by_state[0] * (z * second[1] + y * first[1])
+        of_contacts = square - slope * mixed - pressing
+        return self.rows(-bent * first[2] * second[2], of_contacts, of_springs, of_states)
 
     def rows(
         self, of_elements: Complex, of_contacts: Complex, of_springs: Complex, of_states: Complex
@@ -274,13 +277,17 @@ class _Sliding:
         mixed = 2.0 * np.abs(slip) ** 2 * normal + slip**2 * normal.conj()
         cubic = third * self.normal_force * slip * np.abs(slip) ** 2
         _, (_, bent), _ = self.elements
-        *_, sss, ssz, szz, zzz = self.states.transpose(1, 0, 2)
+        _, _, _, ss, sz, zz, sss, ssz, szz, zzz = self.states.transpose(1, 0, 2)
         of_states = sss * slip * np.abs(slip) ** 2 + zzz * state * np.abs(state) ** 2
         of_states = of_states + ssz * (slip**2 * state.conj() + 2.0 * np.abs(slip) ** 2 * state)
         of_states = of_states + szz * (state**2 * slip.conj() + 2.0 * np.abs(state) ** 2 * slip)
         of_elements = -bent * argument * np.abs(argument) ** 2
         of_springs = self.pressed[4] * depth * np.abs(depth) ** 2 * self.compliance[1]
-        return self.rows(of_elements, self.signs * curvature * mixed - cubic, of_springs, of_states)
+        crossed = normal.conj() * slip * state + normal * (slip.conj() * state + slip * state.conj())
+        squares = 2.0 * np.abs(state) ** 2 * normal + state**2 * normal.conj()
+        pressing = ss[0] * mixed + 2.0 * sz[0] * crossed + zz[0] * squares
+        of_contacts = self.signs * curvature * mixed - cubic - pressing
+        return self.rows(of_elements, of_contacts, of_springs, of_states)
 
     def answer(self, forces: Complex, rate: complex) -> _Phasors:
         """Return what a right side of A brings about."""

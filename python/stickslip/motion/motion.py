@@ -97,8 +97,8 @@ class Motion(Shown):
         InputError
             If the time lies outside the computed motion.
         """
-        position, velocity, combination, held = self.core.state(real_number("time", time))
-        return State(position, velocity, combination, self.scene.dofs, held)
+        position, velocity, combination, *held = self.core.state(real_number("time", time))
+        return State(position, velocity, combination, self.scene.dofs, *held)
 
     def sample(self, times: ArrayLike | None = None, between: int = 0) -> xr.Dataset:
         """Return motion and contact forces at k times in [0, duration], s; any order.

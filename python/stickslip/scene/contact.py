@@ -67,8 +67,8 @@ class Contact:
         ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
         given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
         Where slip has no mass, the law has to rise with the slip speed. Laws with a state of their own
-        (`LuGre`, `Dahl`, `BoucWen`, `ElastoPlastic`, `RateState`, `StateLaw`) are for contacts under a
-        `normal_force` whose slip has mass.
+        (`LuGre`, `Dahl`, `BoucWen`, `ElastoPlastic`, `RateState`, `StateLaw`) are for contacts whose slip has
+        mass; `BoucWen` and `ElastoPlastic` need a `normal_force`.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.

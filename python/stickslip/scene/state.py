@@ -52,10 +52,13 @@ class State:
         order if the names are ``x1``, ``x2``, ... and the scene has others.
     friction_force
         (c,), N: friction forces that the springs of compliant contacts hold where these stick, or slide by a
-        law over slip speed; of a contact with bristles ``-N stiffness z``, with the deflection z; one entry
-        per contact. None: zero where they stick, those of steady sliding where they slide; bristles are
-        bent as in steady slip at the slip velocity of the state, and not at all where it is zero. Those of
-        all other contacts follow from the state, and their entries are ignored.
+        law over slip speed; one entry per contact. None: zero where they stick, those of steady sliding
+        where they slide. Those of all other contacts follow from the state, and their entries are ignored.
+    internal
+        (c,), the states z of contacts with a state of their own, 0 of all others; or a mapping from the
+        indices of contacts to their states, 0 of those that it leaves out. Of bristles z is the deflection,
+        m; of `RateState` ``ln(speed theta / length)``; of `StateLaw` what its formulas call z. None: that of
+        steady slip at the slip velocity of the state, and 0 where this vanishes.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class State:
     combination: str = field(kw_only=True)
     dofs: tuple[str, ...] = field(kw_only=True)
     friction_force: Real | None = field(kw_only=True)
+    internal: Real | None = field(kw_only=True)
 
     def __init__(
         self,
@@ -77,6 +81,7 @@ class State:
         combination: str,
         dofs: Sequence[str] | None = None,
         friction_force: ArrayLike | None = None,
+        internal: ArrayLike | Mapping[int, float] | None = None,
     ) -> None:
         names = default_dofs(np.size(position)) if dofs is None else dof_names(dofs, np.size(position))
         x = real_array("position", aligned("position", position, names), 1)
@@ -98,13 +103,16 @@ class State:
         object.__setattr__(self, "velocity", v)
         object.__setattr__(self, "combination", combination)
         object.__setattr__(self, "dofs", names)
-        held = None
-        if friction_force is not None and np.size(friction_force):
-            held = real_array("friction_force", friction_force, 1)
-            if held.shape != (len(combination),) or not np.isfinite(held).all():
-                expected = f"expected one finite number per contact ({len(combination)})"
-                raise InputError(f"friction_force: {expected}, got {held!r}")
-        object.__setattr__(self, "friction_force", held)
+        if isinstance(internal, Mapping):
+            internal = _by_contact(internal, len(combination))
+        for argument, given in (("friction_force", friction_force), ("internal", internal)):
+            held = None
+            if given is not None and np.size(given):
+                held = real_array(argument, given, 1)
+                if held.shape != (len(combination),) or not np.isfinite(held).all():
+                    expected = f"expected one finite number per contact ({len(combination)})"
+                    raise InputError(f"{argument}: {expected}, got {held!r}")
+            object.__setattr__(self, argument, held)
 
     def ordered(self, dofs: tuple[str, ...]) -> State:
         """Return the state with its entries in the order of these dofs.
@@ -123,13 +131,14 @@ class State:
             unknown = next(name for name in self.dofs if name not in dofs)
             raise InputError(f"start: dofs: the scene has no dof {unknown!r}{nearest(unknown, dofs)}")
         order = [self.dofs.index(name) for name in dofs]
-        return State(self.position[order], self.velocity[order], self.combination, dofs, self.friction_force)
+        moved = self.position[order], self.velocity[order]
+        return State(*moved, self.combination, dofs, self.friction_force, self.internal)
 
     @property
-    def statuses(self) -> str | tuple[str, list[float]]:
-        """The combination with the friction forces that go with it, as the core takes it."""
-        forces = self.friction_force
-        return self.combination if forces is None else (self.combination, forces.tolist())
+    def statuses(self) -> str | tuple[str, list[float], list[float]]:
+        """The combination with the friction forces and states that go with it, as the core takes it."""
+        held = [[] if given is None else given.tolist() for given in (self.friction_force, self.internal)]
+        return (self.combination, *held) if any(held) else self.combination
 
     def perturbed(self, position: Change | None = None, velocity: Change | None = None) -> State:
         """Return the state with amounts added to position and velocity; the combination stays the same.
@@ -150,6 +159,7 @@ class State:
             self.combination,
             self.dofs,
             self.friction_force,
+            self.internal,
         )
 
     def contact_forces(self, scene: Scene) -> xr.Dataset:
@@ -194,6 +204,20 @@ class State:
             f"State({self.combination!r}, {self.position.size} dofs,\n"
             f"  position={row(self.position)},\n  velocity={row(self.velocity)})"
         )
+
+
+def _by_contact(given: Mapping[int, float], count: int) -> list[float]:
+    """Return a number per contact from those of some of them.
+
+    Raises
+    ------
+    InputError
+        If a key is no index of a contact.
+    """
+    for contact in given:
+        if not isinstance(contact, int) or not 0 <= contact < count:
+            raise InputError(f"internal: expected indices of contacts below {count}, got {contact!r}")
+    return [given.get(contact, 0.0) for contact in range(count)]
 
 
 def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -> Real:

@@ -156,8 +156,8 @@ def _collected(batch: _core.Batch, pending: deque[Pending]) -> Outcome:
     pending.popleft()
     if isinstance(collected, StickslipError):
         return Outcome(index, scene, None, collected)
-    position, velocity, combination, held, core = collected
-    run = Trajectory(scene, State(position, velocity, combination, scene.dofs, held), core)
+    position, velocity, combination, *held, core = collected
+    run = Trajectory(scene, State(position, velocity, combination, scene.dofs, *held), core)
     stopped = run.stop_reason in ("failed", "chattering")
     return Outcome(index, scene, run, RunError(core.stop_message, run) if stopped else None)
 
@@ -194,7 +194,9 @@ def _checked(jobs: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Scene, State | N
         yield scene, start
 
 
-def _core_start(scene: Scene, start: State | None) -> tuple[Real, Real, str | tuple[str, list[float]]] | None:
+def _core_start(
+    scene: Scene, start: State | None
+) -> tuple[Real, Real, str | tuple[str, list[float], list[float]]] | None:
     if start is None:
         return None
     state = start.ordered(scene.dofs)

@@ -33,6 +33,7 @@
 //!     velocity: vec![0.1, 0.0],
 //!     combination: Combination::parse("s", 1)?,
 //!     friction_force: Vec::new(),
+//!     internal: Vec::new(),
 //! };
 //! let propagators = Arc::new(Propagators::new(Arc::new(scene)));
 //! let run = simulate(&propagators, &start, 40.0, Method::Auto, Controls::default())?;

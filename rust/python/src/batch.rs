@@ -87,7 +87,7 @@ impl Batch {
         Ok(())
     }
 
-    /// (position, velocity, combination, friction forces, trajectory) of the oldest run, or the error that kept it from starting.
+    /// (position, velocity, combination, friction forces, states of contacts, trajectory) of the oldest run, or the error that kept it from starting.
     fn collect<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if self.lock().pending() == 0 {
             return Err(named(py, "InputError", "collect: no run was submitted"));
@@ -101,6 +101,7 @@ impl Batch {
                         start.velocity.into_pyarray(py),
                         start.combination.to_string(),
                         start.friction_force,
+                        start.internal,
                         Trajectory::new(run),
                     );
                     return Ok(parts.into_pyobject(py)?.into_any());

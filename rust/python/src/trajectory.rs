@@ -17,7 +17,9 @@ pub struct Trajectory {
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Sample<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Bound<'py, PyArray2<u8>>);
-type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String, Vec<f64>);
+/// Position, velocity, combination, friction forces and states of contacts.
+type StateParts<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String, Vec<f64>, Vec<f64>);
 type ModalRun<'py> = (String, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<Complex64>>);
 
 impl Trajectory {
@@ -157,6 +159,7 @@ impl Trajectory {
             state.velocity.into_pyarray(py),
             state.combination.to_string(),
             state.friction_force,
+            state.internal,
         ))
     }
 

@@ -98,7 +98,8 @@ class Reduction(Shown):
             raise InputError(f"state: expected a State of {self.full.size} dofs, got {state!r}")
         state = state.ordered(self.full.dofs)
         position = self.dual @ (state.position - self.offset)
-        return State(position, self.dual @ state.velocity, state.combination, self.scene.dofs)
+        velocity, internal = self.dual @ state.velocity, state.internal
+        return State(position, velocity, state.combination, self.scene.dofs, internal=internal)
 
     def expand(self, motion: Any) -> Any:
         """Return displacements of the reduced scene as those of the full one.
@@ -128,6 +129,7 @@ class Reduction(Shown):
                 self.basis @ motion.velocity,
                 motion.combination,
                 self.full.dofs,
+                internal=motion.internal,
             )
         if isinstance(motion, xr.Dataset):
             moved = {name: values for name, values in motion.data_vars.items() if "dof" in values.dims}

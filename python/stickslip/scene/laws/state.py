@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy
@@ -28,6 +28,11 @@ SLIP_AND_STATE = {
     )
     for name in ("force", "rate")
 }
+#: The rate of the state of `RateState`, by the law that it follows.
+_EVOLUTIONS = {
+    "aging": "(speed * exp(-z) - abs(s)) / length",
+    "slip": "-(abs(s) / length) * (log(abs(s) / speed) + z)",
+}
 #: Powers of ten, of either sign, between which the state of steady slip is sought.
 _DECADES = 30
 
@@ -47,8 +52,8 @@ class Dahl(LawWithState):
     """Bristles with the deflection z, ``z' = s - stiffness |s| z / kinetic`` and ``T = -N stiffness z``.
 
     Where slip turns, the friction force follows it over the distance ``kinetic / stiffness`` like a spring
-    that yields (Dahl, AIAA Journal 14 (1976) 1675). The contact needs a given normal force N and mass along
-    its slip; it has the statuses ``+`` and ``-``, and an event wherever its slip turns.
+    that yields (Dahl, AIAA Journal 14 (1976) 1675). The contact needs mass along its slip; while it is open,
+    z is 0. It has the statuses ``+`` and ``-``, and an event wherever its slip turns.
 
     Parameters
     ----------
@@ -112,8 +117,8 @@ class LuGre(LawWithState):
 
     Here ``z' = s - stiffness |s| z / g(s)`` with ``g = kinetic + (static - kinetic) exp(-(s / speed)^2)``
     (Canudas de Wit and others, IEEE Transactions on Automatic Control 40 (1995) 419, whose numbers are those
-    for N = 1). The contact needs a given normal force N and mass along its slip; it has the statuses ``+``
-    and ``-``, and an event wherever its slip turns.
+    for N = 1). The contact needs mass along its slip; while it is open, z is 0. It has the statuses ``+`` and
+    ``-``, and an event wherever its slip turns.
 
     Parameters
     ----------
@@ -188,12 +193,12 @@ class StateLaw(LawWithState):
 
     Both are formulas of the slip velocity s, m/s, and of z, with the signs ``+ - * / **``, with exponents
     that are numbers, and the functions exp, log, sqrt and tanh. ``abs(s)`` and ``sign(s)`` may stand in them:
-    the instant at which slip turns is an event. Force and rate may not jump there. The contact needs a given
-    normal force N and mass along its slip; it has the statuses ``+`` and ``-``.
+    the instant at which slip turns is an event. Force and rate may not jump there. The contact needs mass
+    along its slip; while it is open, z is 0. It has the statuses ``+`` and ``-``.
 
     For steady sliding at s there has to be one z at which the rate falls through zero. A motion whose start
-    has no friction force begins with it, or with ``z = 0`` where the slip velocity is zero; the friction
-    force of such a contact in a `State` is ``-N z``. The energy that a state stores is not known: all work of
+    has no `State.internal` begins with it, or with ``z = 0`` where the slip velocity is zero. The energy that
+    a state stores is not known: all work of
     the friction force counts as friction heat.
 
     Parameters
@@ -316,13 +321,18 @@ class RateState(LawWithState):
     ``T = -N sign(s) direct asinh(|s| / (2 speed) exp((reference + evolution z) / direct))``, which is
     ``reference + direct ln(|s| / speed) + evolution z`` where that is large beside `direct` (Rice and
     Ben-Zion, PNAS 93 (1996) 3811; Dieterich, J. Geophys. Res. 84 (1979) 2161; Ruina, J. Geophys. Res. 88
-    (1983) 10359). The state follows the aging law ``theta' = 1 - |s| theta / length``, which is
-    ``z' = (speed exp(-z) - |s|) / length``. Slip at the speed v is steady with ``z = -ln(v / speed)``. Steady
-    slip of a mass m that a spring pulls is unstable below the stiffness ``(evolution - direct) N / length
-    (1 + m v^2 / (N direct length))`` (Rice and Ruina, J. Appl. Mech. 50 (1983) 343).
+    (1983) 10359). The state follows the aging law ``theta' = 1 - |s| theta / length`` (Dieterich), which is
+    ``z' = (speed exp(-z) - |s|) / length``, or with ``state_evolution="slip"`` the slip law (Ruina)
+    ``theta' = -(|s| theta / length) ln(|s| theta / length)``, ``z' = -|s| (ln(|s| / speed) + z) / length``.
+    Slip at the speed v is steady with ``z = -ln(v / speed)`` under both. Steady slip of a mass m that a
+    spring pulls is unstable below the stiffness ``(evolution - direct) N / length (1 + m v^2 / (N direct
+    length))`` (Rice and Ruina, J. Appl. Mech. 50 (1983) 343), also under both. Under the slip law nothing
+    heals at rest, and its rate has no slope there: a run stops where slip turns, with the ``stop_reason``
+    "unbounded".
 
-    The contact needs a given normal force N and mass along its slip. Its rates are about
-    ``direct N / (m |s|)`` and ``|s| / length``: motions that nearly stick take very many panels.
+    The contact needs mass along its slip; while it is open, z is 0, so that a new contact is as old as one
+    that has slid at `speed`. The rates of the law are about ``direct N / (m |s|)`` and ``|s| / length``:
+    motions that nearly stick take very many panels.
 
     Parameters
     ----------
@@ -336,6 +346,8 @@ class RateState(LawWithState):
         The slip over which the state is renewed, m, > 0.
     speed
         A slip speed of reference, m/s, > 0.
+    state_evolution
+        ``"aging"`` or ``"slip"``, the law that the state follows.
     """
 
     reference: float
@@ -343,10 +355,15 @@ class RateState(LawWithState):
     evolution: float
     length: float
     speed: float
+    state_evolution: Literal["aging", "slip"] = "aging"
     law: ClassVar[str] = "ratestate"
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.state_evolution not in _EVOLUTIONS:
+            raise InputError(
+                f"friction: state_evolution: expected 'aging' or 'slip', got {self.state_evolution!r}"
+            )
         for name, value in self.parameters().items():
             if value <= 0.0:
                 raise InputError(f"friction: {name}: must be > 0, got {value:g}")
@@ -356,9 +373,17 @@ class RateState(LawWithState):
         grown = "abs(s) / (2 * speed) * exp((reference + evolution * z) / direct)"
         return StateLaw(
             f"direct * sign(s) * log({grown} + sqrt(({grown})**2 + 1))",
-            "(speed * exp(-z) - abs(s)) / length",
+            _EVOLUTIONS[self.state_evolution],
             **self.parameters(),
         )
+
+    def parameters(self) -> dict[str, float]:
+        """Return its numbers by name."""
+        return {name: value for name, value in super().parameters().items() if name != "state_evolution"}
+
+    def table(self) -> dict[str, Any]:
+        """Return the law as a file has it."""
+        return {**super().table(), "state_evolution": self.state_evolution}
 
     def data(self) -> LawData | None:
         """Return the operations of force and rate."""

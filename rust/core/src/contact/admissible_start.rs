@@ -50,6 +50,7 @@ pub(crate) fn coordinates_at(
     scene.check_combination(&state.combination)?;
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
     hold_nodes(scene, state, &mut q, &mut u)?;
+    give_states(scene, state, &mut u)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
@@ -115,7 +116,7 @@ pub(crate) fn coordinates_at(
         return Err(Error::UndefinedElement { element: scene.element_name(element) });
     }
     // Where mass couples contacts, the forces of one follow from the friction of all at their slip speeds.
-    let at_slip = scene.in_state(&q, &u);
+    let at_slip = scene.in_state(&state.combination, &q, &u);
     for (contact, (law, &status)) in
         at_slip.contacts.iter().zip(state.combination.statuses()).enumerate()
     {
@@ -200,8 +201,7 @@ fn check_in_plane(
 }
 
 /// Puts nodes of compliant contacts where their springs carry the friction forces of the state: those that stick, and those that
-/// slide by laws. If the state has no friction forces, these slide steadily, and contacts have states as in steady slip at the slip
-/// velocity of the state.
+/// slide by laws. If the state has no friction forces, these slide steadily.
 fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Result<(), Error> {
     let forces = &state.friction_force;
     let statuses = state.combination.statuses();
@@ -210,21 +210,6 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
         let mut held = q.to_vec();
         let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
         closed.for_each(|(law, _)| held[law.normal] = law.closed());
-        for (contact, own) in scene.state_contacts() {
-            let law = &scene.contacts[*contact];
-            let slip = u[law.tangential] - law.slider_speed;
-            let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
-            if slip.abs() > rounding {
-                let rate = own.steady_rate(slip);
-                if !rate.is_finite() {
-                    let reason = format!(
-                        "there is no steady slip at the slip velocity {slip:e} m/s of the start; give its friction_force"
-                    );
-                    return Err(Error::StateFormulas { contact: *contact, reason });
-                }
-                u[own.coordinate] = rate;
-            }
-        }
         for (contact, own) in scene.creeping(&state.combination) {
             let law = &scene.contacts[contact];
             if law.tangential >= scene.dofs {
@@ -243,13 +228,48 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
     for (contact, (law, (&status, force))) in
         scene.contacts.iter().zip(statuses.iter().zip(forces)).enumerate()
     {
-        if let Some(own) = scene.state_of(contact) {
-            u[own.coordinate] = own.rate_of(*force);
-            continue;
-        }
         let held = status == Status::Sticking || status.is_sliding() && scene.creeps(contact);
         if held && law.tangential >= scene.dofs {
             q[law.tangential] += force / spring(law);
+        }
+    }
+    Ok(())
+}
+
+/// Gives the contacts their states: those that are given, or those of steady slip at the slip velocity of the state, and 0 where this
+/// vanishes. Open contacts have none.
+fn give_states(scene: &Scene, state: &State, u: &mut [f64]) -> Result<(), Error> {
+    let given = &state.internal;
+    if !given.is_empty() && given.len() != scene.contacts.len() {
+        let expected = format!("shape ({},)", scene.contacts.len());
+        return Err(Error::shape("internal", &expected, format!("({},)", given.len())));
+    }
+    check_finite("internal", given)?;
+    for (contact, &value) in given.iter().enumerate() {
+        let closed = state.combination.statuses()[contact].is_closed();
+        if value != 0.0 && !(closed && scene.state_of(contact).is_some()) {
+            let argument = format!("internal: contact {contact}");
+            let requirement = "0 where a contact is open or has no state";
+            return Err(Error::Range { argument, requirement, value });
+        }
+    }
+    for (contact, own) in scene.state_contacts() {
+        if let Some(&value) = given.get(*contact) {
+            u[own.coordinate] = own.rate_of(value);
+            continue;
+        }
+        let law = &scene.contacts[*contact];
+        let slip = u[law.tangential] - law.slider_speed;
+        let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
+        if slip.abs() > rounding && state.combination.statuses()[*contact].is_closed() {
+            let rate = own.steady_rate(slip);
+            if !rate.is_finite() {
+                let reason = format!(
+                    "there is no steady slip at the slip velocity {slip:e} m/s of the start; give its internal state"
+                );
+                return Err(Error::StateFormulas { contact: *contact, reason });
+            }
+            u[own.coordinate] = rate;
         }
     }
     Ok(())
@@ -280,7 +300,7 @@ pub(crate) fn initial_departures(
     q: &[f64],
     u: &[f64],
 ) -> Vec<Departure> {
-    let scene = &*scene.in_state(q, u);
+    let scene = &*scene.in_state(combination, q, u);
     combination
         .statuses()
         .iter()

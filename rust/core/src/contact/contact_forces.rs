@@ -97,10 +97,11 @@ pub(crate) fn contact_forces_in(
     q: &[f64],
     u: &[f64],
 ) -> Vec<(f64, f64)> {
-    let in_state = &*scene.in_state(q, u);
+    let in_state = &*scene.in_state(combination, q, u);
     let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
     for (contact, force) in forces.iter_mut().enumerate() {
-        if let Some(own) = scene.of_state(contact, u) {
+        let given = scene.state_of(contact).is_some_and(|own| own.normal.is_none());
+        if let Some(own) = scene.of_state(contact, u).filter(|_| given) {
             force.1 = own.friction;
         }
     }

@@ -94,7 +94,14 @@ impl EventKind {
         };
         let place = place.into_iter().map(|(coordinate, place)| Set::Place(coordinate, place));
         let speed = speed.map(|(coordinate, speed)| Set::Speed(coordinate, speed));
-        place.chain(speed).chain(beside)
+        // An open contact has no state, so that one that closes begins without.
+        let opens_or_closes = matches!(
+            self,
+            EventKind::Release | EventKind::Impact | EventKind::Closing | EventKind::Accumulation
+        );
+        let state =
+            contact.hidden.filter(|_| opens_or_closes).map(|hidden| Set::Speed(hidden, 0.0));
+        place.chain(speed).chain(beside).chain(state)
     }
 }
 

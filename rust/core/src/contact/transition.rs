@@ -63,6 +63,7 @@ pub(crate) fn settle(
     }
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
+        // States of contacts that open are not computed beside these.
         settle_coupled(&coupled, triggers, settlement, series, q, u)?;
         settlement.depart(scene, among, q, u);
         return Ok(());
@@ -116,6 +117,9 @@ pub(crate) fn settle(
     if !scene.massless.is_empty() {
         take_along(scene, among.clone(), settlement, q, u);
     }
+    // A contact may open at the event of another.
+    let open = among.clone().filter(|&i| settlement.statuses[i] == Status::Detached);
+    open.filter_map(|i| scene.contacts[i].hidden).for_each(|hidden| u[hidden] = 0.0);
     settlement.depart(scene, among, q, u);
     Ok(())
 }

@@ -194,7 +194,10 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         let of_slip;
         let equation = match moving.is_nonlinear() {
             true => {
-                of_slip = EquationOfMotion::new(&moving.in_state(moved, velocities), combination)?;
+                of_slip = EquationOfMotion::new(
+                    &moving.in_state(combination, moved, velocities),
+                    combination,
+                )?;
                 &of_slip
             }
             false => &*equation,

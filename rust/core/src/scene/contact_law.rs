@@ -146,6 +146,8 @@ pub struct Contact {
     pub gap: f64,
     /// The other direction of friction in a plane.
     pub plane: Option<Plane>,
+    /// The coordinate of a state of its own where the contact can open: held at zero while it is open.
+    pub(crate) hidden: Option<usize>,
     pub(crate) inertia: Inertia,
 }
 
@@ -301,10 +303,10 @@ impl ContactInput {
         }
         if let Some(state) = &self.state {
             state.validate(contact, self.slider_speed)?;
-            if !given {
+            if !given && state.pressed().is_none() {
                 return Err(Error::StateBeside {
                     contact,
-                    reason: "a normal force that changes; state a normal_force in place of the normal direction",
+                    reason: "a normal direction, of loops; state a normal_force, or Dahl, LuGre, RateState or StateLaw",
                 });
             }
             let coulomb = self.static_friction.max(self.friction);
@@ -339,6 +341,7 @@ impl ContactInput {
             restitution: self.restitution,
             gap: self.gap,
             plane: None,
+            hidden: None,
             inertia,
         }
     }

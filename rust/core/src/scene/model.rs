@@ -84,9 +84,11 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
-    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds; of a contact with
-    /// bristles the force of their springs, `-N sigma_0 z`. In every other case T follows from the state.
+    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds. In every other case T
+    /// follows from the state.
     pub friction_force: Vec<f64>,
+    /// The state z of every contact, 0 of one without, or empty for that of steady slip at the slip velocity.
+    pub internal: Vec<f64>,
 }
 
 impl Scene {
@@ -128,7 +130,7 @@ impl Scene {
         (dofs, law): (usize, Option<(f64, f64)>),
     ) -> Result<Self, Error> {
         let mass = uncoupled_mass(coordinates.congruent(stated.mass), &coordinates);
-        let contacts: Vec<Contact> = stated
+        let mut contacts: Vec<Contact> = stated
             .contacts
             .iter()
             .zip(&coordinates.slots)
@@ -173,19 +175,20 @@ impl Scene {
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);
         }
-        let hidden = |one: HiddenDof| {
-            let law = &stated.contacts[one.contact];
-            let own = StateContact {
-                law: law.state.clone()?,
-                normal_force: law.normal_force,
-                coordinate: one.dof,
-                mass: one.mass,
-                scale: one.scale,
-                tangential: contacts[one.contact].tangential,
-            };
-            Some((one.contact, own))
-        };
-        let states: Vec<_> = stated.hidden.into_iter().filter_map(hidden).collect();
+        let mut states = Vec::with_capacity(stated.hidden.len());
+        for HiddenDof { contact, dof, mass } in stated.hidden {
+            let law = &mut contacts[contact];
+            let Some(state) = &stated.contacts[contact].state else { continue };
+            let pull = stiffness.get(law.normal, law.normal) * law.closed();
+            law.hidden = law.opens().then_some(dof);
+            let own = StateContact::new(
+                state,
+                (law.tangential, law.slider_speed),
+                (dof, mass),
+                (law.opens().then_some(law.normal), (pull - force[law.normal]).abs()),
+            );
+            states.push((contact, own));
+        }
         let preload =
             (!states.is_empty()).then(|| coordinates.forces_of_dofs(&stated.hidden_force).into());
         let scene = Self {
@@ -379,9 +382,6 @@ impl Scene {
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
         let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
             let creeps = status.is_sliding() && self.creeps(contact);
-            if let Some(own) = self.state_of(contact) {
-                return own.spring_force(u);
-            }
             let holds = (status == Status::Sticking || creeps) && law.tangential >= self.dofs;
             if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }
         };
@@ -393,6 +393,7 @@ impl Scene {
             velocity,
             combination: combination.clone(),
             friction_force: self.nodes.as_ref().map_or_else(Vec::new, |_| forces()),
+            internal: self.internal_states(u),
         }
     }
 

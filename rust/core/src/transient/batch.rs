@@ -187,6 +187,7 @@ pub(crate) mod tests {
     pub fn job(scene: &Arc<Scene>) -> Job {
         let start = State {
             friction_force: Vec::new(),
+            internal: Vec::new(),
             velocity: vec![0.3, 0.0],
             combination: crate::Combination::parse("-", 1).expect("one letter"),
             ..scene.sliding_equilibrium().expect("pressed on")

@@ -81,6 +81,7 @@ pub fn propagators(input: SceneInput) -> Arc<Propagators> {
 pub fn state(position: &[f64], velocity: &[f64], combination: &str) -> State {
     State {
         friction_force: Vec::new(),
+        internal: Vec::new(),
         position: position.to_vec(),
         velocity: velocity.to_vec(),
         combination: Combination::parse(combination, combination.len()).expect("statuses"),

@@ -17,11 +17,11 @@ use crate::scene::input::{
     friction_laws, loads,
 };
 
-/// The combination of a state, with the friction forces that its compliant contacts hold.
+/// The combination of a state, with the friction forces that its compliant contacts hold and the states of contacts.
 #[derive(FromPyObject)]
 pub enum StatusInput {
     Plain(String),
-    Holding(String, Vec<f64>),
+    Holding(String, Vec<f64>, Vec<f64>),
 }
 
 /// Position, combination and normal forces.
@@ -103,15 +103,18 @@ impl Scene {
         velocity: &PyReadonlyArray1<'_, f64>,
         combination: &StatusInput,
     ) -> PyResult<core::State> {
-        let (combination, friction_force) = match combination {
-            StatusInput::Plain(combination) => (combination, Vec::new()),
-            StatusInput::Holding(combination, forces) => (combination, forces.clone()),
+        let (combination, friction_force, internal) = match combination {
+            StatusInput::Plain(combination) => (combination, Vec::new(), Vec::new()),
+            StatusInput::Holding(combination, forces, states) => {
+                (combination, forces.clone(), states.clone())
+            }
         };
         Ok(core::State {
             position: vector(position),
             velocity: vector(velocity),
             combination: self.combination(py, combination)?,
             friction_force,
+            internal,
         })
     }
 }

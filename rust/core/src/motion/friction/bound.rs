@@ -100,13 +100,14 @@ impl Kernel for Bound<'_> {
         let part = |of_scale: f64| (of_scale * scale).max(*least_tube);
         let radius = slips.fold(part(TUBE), |radius, (one, sliding)| match one.law {
             FrictionLaw::Tabulated(_) => radius.min(part(TUBE_OF_TABLES)),
-            _ if one.of_state => {
-                let [speed, state] =
-                    [sliding.series.reach(&one.law), sliding.series.reach_of_state()];
-                let [speed, state] = [speed / one.slip_norm, state / one.normal_norm];
-                radius.min(TUBE_OF_SLIP * speed).min(TUBE_OF_SLIP * state)
+            _ => {
+                let of_slip = sliding.series.reach(&one.law) / one.slip_norm;
+                let of_state = one
+                    .state
+                    .as_ref()
+                    .map_or(f64::INFINITY, |state| sliding.series.reach_of_state() / state.norm);
+                radius.min(TUBE_OF_SLIP * of_slip).min(TUBE_OF_SLIP * of_state)
             }
-            _ => radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm),
         });
         // Where slip has no mass, the slope of its law and its normal force are divided by.
         let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());
@@ -126,15 +127,23 @@ impl Kernel for Bound<'_> {
                 Some(sums) => sums,
                 None => FactorSums::alone(size(&sliding.series.excess)),
             };
-            if let Some(formula) = one.with_state() {
-                let Sliding { series, normal, bounds, .. } = sliding;
-                let wide = [
-                    series.range() + radius * one.slip_norm,
-                    moved(normal) + radius * one.normal_norm,
-                ];
+            if let Some((formula, input)) = one.with_state() {
+                let Sliding { series, state, bounds, force, .. } = sliding;
+                let wide =
+                    [series.range() + radius * one.slip_norm, moved(state) + radius * input.norm];
                 let (law, by_state) =
-                    series.bounds_with_state(formula, normal[0], wide, shortenings);
-                *bounds = ContactBounds { law, by_state, pressed: 1.0, ..ContactBounds::default() };
+                    series.bounds_with_state(formula, state[0], wide, shortenings);
+                *bounds = match input.pressed {
+                    false => ContactBounds { law, by_state, pressed: 1.0, ..Default::default() },
+                    true => ContactBounds {
+                        law,
+                        by_state,
+                        excess: sums.left[1],
+                        pressed: sums.right[1],
+                        products: force[DEGREE].abs() + sums.left_out[1],
+                        ..Default::default()
+                    },
+                };
                 continue;
             }
             let off = match one.flow {
@@ -152,7 +161,7 @@ impl Kernel for Bound<'_> {
         let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
         let counted = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
-        let pressed = operator.contacts.iter().filter(|one| !one.of_state);
+        let pressed = operator.contacts.iter().filter(|one| !one.is_bare());
         let mut pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut off = counted + uncounted * pressed_by;
         let mut unsharp = 0.0;
@@ -161,9 +170,10 @@ impl Kernel for Bound<'_> {
             let largest = |of: &dyn Fn(&ContactBounds) -> f64| {
                 contacts.iter().map(|one| of(&one.bounds)).fold(0.0, f64::max)
             };
-            let pressing = pairs().filter(|(one, _)| !one.of_state);
-            let drift = pressing.map(|(one, ContactBounds { law, excess, .. })| {
-                excess + law.truncation + law.rounding + law.slope * one.slip_norm * radius
+            let pressing = pairs().filter(|(one, _)| !one.is_bare());
+            let drift = pressing.map(|(one, of)| {
+                let ContactBounds { law, excess, .. } = of;
+                excess + law.truncation + law.rounding + of.by_inputs(one) * radius
             });
             let drift = inverse * response * drift.fold(0.0, f64::max);
             let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
@@ -174,9 +184,7 @@ impl Kernel for Bound<'_> {
                 (of.law.rounding + UNIT * terms * (1.0 + of.excess)) * of.pressed
             };
             unsharp = gain * (1.0 + response) * largest(&part);
-            let by_slip = pairs().map(|(one, of)| {
-                of.law.slope * one.slip_norm * of.pressed + of.by_state * one.normal_norm
-            });
+            let by_slip = pairs().map(|(one, of)| of.by_inputs(one) * of.pressed);
             pressed_by = gain * (pressed_by + response * by_slip.fold(0.0, f64::max));
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
@@ -198,12 +206,12 @@ impl Kernel for Bound<'_> {
             };
             let size = sliding.at_origin_size + of_normal;
             let by_force = taylor.width * one.force_norm;
-            if one.of_state {
-                let by_state = sliding.bounds.by_state;
-                let cut = law.truncation + by_state * sliding.beyond;
-                let off = uncounted * one.normal_norm;
-                let round = law.rounding + by_state * (UNIT * in_row * size + off);
-                let gain = law.slope * one.slip_norm + by_state * one.normal_norm;
+            let by_inputs = sliding.bounds.by_inputs(one);
+            let of_state = one.state.as_ref().map_or(0.0, |state| {
+                UNIT * in_row * sliding.bounds.by_state * size_of(&state.value, sizes)
+            });
+            if one.is_bare() {
+                let (cut, round, gain) = (law.truncation, law.rounding + of_state, by_inputs);
                 truncated = together(truncated, by_force * cut);
                 rounded = together(rounded, by_force * round);
                 lipschitz = together(lipschitz, one.force_norm * gain);
@@ -219,7 +227,7 @@ impl Kernel for Bound<'_> {
                 false => 0.0,
             };
             let round = UNIT * (terms * excess + of_slip * pressed)
-                + law.rounding * pressed
+                + (law.rounding + of_state) * pressed
                 + largest * unsharp;
             if let Some(flow) = &one.flow {
                 let of = |at_origin: f64, sum: &Functional| at_origin + size_of(sum, sizes);
@@ -237,7 +245,7 @@ impl Kernel for Bound<'_> {
                 follows &= by_force * (gain * radius + cut + round) <= within;
                 continue;
             }
-            let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * pressed_by);
+            let slope = by_inputs * (pressed + off + unsharp + radius * pressed_by);
             let gain = largest * pressed_by + slope;
             truncated = together(truncated, by_force * cut);
             rounded = together(rounded, by_force * round);

@@ -60,6 +60,8 @@ enum Balance {
 #[derive(Debug, Default)]
 pub(super) struct Sliding {
     pub(super) series: LawSeries,
+    /// The state of a formula.
+    pub(super) state: [f64; COEFFICIENTS],
     /// N, and what its displacements add in the order beyond.
     pub(super) normal: [f64; COEFFICIENTS],
     pub(super) beyond: f64,
@@ -92,9 +94,9 @@ pub(super) fn worse(a: f64, b: f64) -> f64 {
 impl Sliding {
     /// Whether slip speed and state stay where the series of the law holds.
     fn is_within_reach(&self, one: &LawContact) -> bool {
-        let Self { series, normal, .. } = self;
+        let Self { series, state, .. } = self;
         series.range() <= series.reach(&one.law)
-            && (!one.of_state || moved(normal) <= series.reach_of_state())
+            && (one.state.is_none() || moved(state) <= series.reach_of_state())
     }
 }
 
@@ -200,8 +202,9 @@ impl Kernel for Shorten<'_> {
         taylor.shorten_by(&powers);
         planes.iter_mut().for_each(|series| series.shorten(&powers));
         scale(all, &powers);
-        for Sliding { series, normal, force, beyond, friction_beyond, .. } in contacts {
+        for Sliding { series, state, normal, force, beyond, friction_beyond, .. } in contacts {
             series.shorten(&powers);
+            scale(state, &powers);
             scale(normal, &powers);
             scale(force, &powers);
             *beyond *= powers[COEFFICIENTS];
@@ -267,7 +270,7 @@ impl LawMotion {
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
-            if !one.has_sign() && !one.of_state && one.law.value(speed.max(0.0)) < 0.0 {
+            if !one.has_sign() && one.state.is_none() && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;

@@ -1,7 +1,7 @@
 //! Infinitesimal neighbours of a motion under a law of friction, by the Taylor series of their linear equation.
 //!
 //! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
-//! `dy = a dS + b dN`; the slopes of a formula with a state z are a and b of `dy = a dS + b dz`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
+//! `dy = a dS + b dN`, and of a formula with a state z by `dy = a dS + c dz + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
 use crate::motion::friction::motion::{BALANCES, LawMotion, STALLED, Sliding, worse};
@@ -20,10 +20,11 @@ const BALANCED: f64 = 1e-15;
 /// A panel is shortened to no less than this part of its width at a time.
 const SHORTEST: f64 = 0.1;
 
-/// `a` and `b` of a contact along a panel.
+/// `a`, `b` and `c` of a contact along a panel.
 struct Slopes {
     by_slip: [f64; COEFFICIENTS],
     by_normal: [f64; COEFFICIENTS],
+    by_state: [f64; COEFFICIENTS],
 }
 
 /// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other.
@@ -48,13 +49,19 @@ impl LawMotion {
                 .iter()
                 .zip(&self.contacts)
                 .map(|(one, Sliding { series, normal, .. })| match one.with_state() {
-                    Some(formula) => {
-                        let [by_slip, by_normal] = series.slopes_with_state(formula);
-                        Slopes { by_slip, by_normal }
+                    Some((formula, input)) => {
+                        let slopes = series.slopes_with_state(formula);
+                        let [by_slip, by_state] = match input.pressed {
+                            true => slopes.map(|slope| product(&slope, normal)),
+                            false => slopes,
+                        };
+                        // Where no normal force multiplies the formula, this series is 0.
+                        Slopes { by_slip, by_normal: series.excess, by_state }
                     }
                     None => Slopes {
                         by_slip: product(&series.slopes(&one.law), normal),
                         by_normal: series.excess,
+                        by_state: [0.0; COEFFICIENTS],
                     },
                 })
                 .collect();
@@ -151,6 +158,7 @@ impl LawMotion {
         let count = slopes.len();
         let mut slips = vec![[0.0; COEFFICIENTS]; count];
         let mut normals = vec![[0.0; COEFFICIENTS]; count];
+        let mut states = vec![[0.0; COEFFICIENTS]; count];
         let mut acceleration = vec![0.0; n];
         for k in 0..DEGREE {
             let rate = (k + 1) as f64 / h;
@@ -158,6 +166,7 @@ impl LawMotion {
             let u: Vec<f64> = terms[(k + 1) * n..(k + 2) * n].iter().map(|q| rate * q).collect();
             for (j, one) in operator.contacts.iter().enumerate() {
                 normals[j][k] = one.normal.rate(q, &u);
+                states[j][k] = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, &u));
                 slips[j][k] = match &one.flow {
                     None => -one.sign * one.slip.rate(q, &u),
                     Some(flow) => {
@@ -171,9 +180,11 @@ impl LawMotion {
                 };
             }
             let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
-                let Slopes { by_slip, by_normal, .. } = &slopes[j];
+                let Slopes { by_slip, by_normal, by_state } = &slopes[j];
                 let of_slip = (0..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-                of_slip + (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>()
+                let of_state = (0..=k).map(|i| by_state[i] * states[j][k - i]).sum::<f64>();
+                let of_normal = (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
+                of_slip + of_state + of_normal
             };
             let mut forces: Vec<f64> = (0..count).map(|j| lower(j, &normals)).collect();
             if let Some(response) = &operator.response {

@@ -14,7 +14,7 @@ use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
 use crate::motion::friction::plane::PlaneContact;
-use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
+use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
@@ -109,7 +109,7 @@ impl LawOperator {
                     sign,
                     decay,
                     flow: None,
-                    of_state: false,
+                    state: None,
                     direction,
                     slip_norm: taylor.dual_norm(own, &slip),
                     normal_norm: taylor.dual_norm(own, &normal),
@@ -122,6 +122,7 @@ impl LawOperator {
                     normal,
                 }
             };
+        let norm_of = |functional: &Functional| taylor.dual_norm(own, functional);
         let with_state = |contact: usize, own: &StateContact, law: &FrictionLaw| {
             let status = combination.statuses()[contact];
             let sign = status.friction_sign();
@@ -146,18 +147,29 @@ impl LawOperator {
                     }
                 },
                 ContactState::Formulas(formulas) => {
-                    let both = formulas.in_status(status).into_iter().zip(own.directions());
-                    let one = |(formula, term): (&Arc<Formula>, (usize, f64))| LawContact {
-                        of_state: true,
-                        ..built(
-                            of,
-                            FrictionLaw::Formula(formula.clone()),
-                            sign,
-                            &along(sign, &[term]),
-                            [slip.clone(), state.clone()],
-                        )
+                    let one = |formula: &Arc<Formula>, term, normal: Option<usize>| {
+                        let pressing = match normal {
+                            Some(normal) => reaction(scene, normal),
+                            None => Functional { constant: 1.0, ..Functional::default() },
+                        };
+                        LawContact {
+                            state: Some(StateInput {
+                                norm: norm_of(&state),
+                                value: state.clone(),
+                                pressed: normal.is_some(),
+                            }),
+                            ..built(
+                                of,
+                                FrictionLaw::Formula(formula.clone()),
+                                sign,
+                                &along(sign, &[term]),
+                                [slip.clone(), pressing],
+                            )
+                        }
                     };
-                    both.map(one).collect()
+                    let [force, rate] = formulas.in_status(status);
+                    let [by_force, by_rate] = own.directions();
+                    vec![one(force, by_force, own.normal), one(rate, by_rate, None)]
                 }
             }
         };
@@ -205,7 +217,8 @@ impl LawOperator {
         }
         let response = response(scene, combination).map(|all| Response {
             normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| match contacts[i].of {
-                LawOf::Contact(contact) if scene.state_of(contact).is_none() => {
+                // What multiplies the forces of other contacts with states is no normal force.
+                LawOf::Contact(contact) if contacts[i].multiplies_normal(scene) => {
                     all[(2 * contact + 1, j)]
                 }
                 _ => 0.0,
@@ -365,10 +378,11 @@ impl LawOperator {
             .zip(&normals)
             .map(|(one, normal)| {
                 let faster = -one.sign * one.slip.rate(dq, du);
-                if let Some(formula) = one.with_state() {
-                    let state = one.normal.value(q, u);
+                if let Some((formula, StateInput { value, pressed, .. })) = one.with_state() {
+                    let state = value.value(q, u);
                     let (_, [by_slip, by_state]) = formula.with_slopes(one.speed(q, u), state);
-                    return by_slip * faster + by_state * one.normal.rate(dq, du);
+                    let change = by_slip * faster + by_state * value.rate(dq, du);
+                    return if *pressed { change * normal } else { change };
                 }
                 one.law.slope(one.speed(q, u)) * faster * normal
             })

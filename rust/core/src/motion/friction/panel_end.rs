@@ -57,8 +57,11 @@ impl LawMotion {
         let ends = |(one, sliding): (&LawContact, &Sliding)| {
             let Sliding { series, .. } = sliding;
             let of_slip = series.resolution(&one.law) > NARROW * scale * one.slip_norm;
-            let of_state = series.reach_of_state() > NARROW * scale * one.normal_norm;
-            one.is_element() && !of_slip || one.of_state && !(of_slip && of_state)
+            let of_state = one
+                .state
+                .as_ref()
+                .map(|state| series.reach_of_state() > NARROW * scale * state.norm);
+            one.is_element() && !of_slip || of_state.is_some_and(|of_state| !(of_slip && of_state))
         };
         let place = if scale.is_finite() { elements.position(ends) } else { None };
         place.map(|place| (place, LawEnd::Undefined))
@@ -76,7 +79,7 @@ impl LawMotion {
                 let large = NARROW * scale * one.slip_norm;
                 return large.is_finite() && series.resolution(&one.law) < large;
             }
-            if one.flow.is_some() || one.of_state {
+            if one.flow.is_some() || one.state.is_some() {
                 return false;
             }
             let [slip, first, second] = [0, 1, 2].map(|k| series.slip[k].abs());
@@ -152,7 +155,7 @@ impl LawMotion {
                         }
                     }
                 }
-                _ if one.is_element() || one.of_state => {}
+                _ if one.is_element() || one.state.is_some() => {}
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;

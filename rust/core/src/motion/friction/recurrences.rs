@@ -65,7 +65,8 @@ impl Given for ByRows<'_> {
         };
         // Elements come after the contacts, and have no rows.
         let normal = if one.is_element() { 0.0 } else { self.outputs[index] };
-        sliding.step(one, k, [slip, normal], middle, coupled)
+        let state = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, u));
+        sliding.step(one, k, [slip, normal, state], middle, coupled)
     }
 }
 
@@ -84,7 +85,9 @@ impl Given for TaylorMotion {
             return sliding.flow(self, one, flow, k, middle);
         }
         let slip = -one.sign * self.coefficient(&one.slip, k);
-        sliding.step(one, k, [slip, self.coefficient(&one.normal, k)], middle, coupled)
+        let normal = self.coefficient(&one.normal, k);
+        let state = one.state.as_ref().map_or(0.0, |state| self.coefficient(&state.value, k));
+        sliding.step(one, k, [slip, normal, state], middle, coupled)
     }
 }
 
@@ -251,15 +254,15 @@ impl LawMotion {
         for _ in 0..TRIALS {
             self.recur(scene, operator);
             let laws = operator.contacts.iter().zip(&self.contacts);
-            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, normal, .. })| {
+            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, state, .. })| {
                 let reach = series.reach(&one.law);
                 let of_slip = match series.range() <= WIDE * reach {
                     true => 1.0,
                     false => within(&series.slip, reach),
                 };
-                let of_state = match one.of_state {
-                    true => within(normal, series.reach_of_state()),
-                    false => 1.0,
+                let of_state = match one.state {
+                    Some(_) => within(state, series.reach_of_state()),
+                    None => 1.0,
                 };
                 part.min(of_slip).min(of_state)
             });
@@ -280,25 +283,25 @@ fn within(series: &[f64; COEFFICIENTS], reach: f64) -> f64 {
 }
 
 impl Sliding {
-    /// Coefficients of order k of the law and its force, from those of slip velocity and normal force and the terms of the two
-    /// products with lower orders. Gives the factors of both products.
+    /// Coefficients of order k of the law and its force, from those of slip velocity, normal force and state and the terms of the
+    /// two products with lower orders. Gives the factors of both products.
     #[inline(always)]
     fn step(
         &mut self,
         one: &LawContact,
         k: usize,
-        [mut slip, mut of_normal]: [f64; 2],
+        [mut slip, mut of_normal, of_state]: [f64; 3],
         middle: [f64; 2],
         coupled: bool,
     ) -> [[f64; 2]; 2] {
-        let Self { series, normal, force, at_origin, slip_at_origin, .. } = self;
+        let Self { series, state, normal, force, at_origin, slip_at_origin, .. } = self;
         if k == 0 {
             slip -= one.sign * slip_at_origin[0];
             of_normal += *at_origin;
         }
-        let (excess, [left, right]) = series.extend(&one.law, k, [slip, of_normal], middle[0]);
-        normal[k] = of_normal;
-        if one.of_state {
+        let (excess, [left, right]) = series.extend(&one.law, k, [slip, of_state], middle[0]);
+        (normal[k], state[k]) = (of_normal, of_state);
+        if one.is_bare() {
             // No normal force multiplies it.
             (force[k], series.excess[k]) = (excess, 0.0);
             return [[0.0; 2]; 2];

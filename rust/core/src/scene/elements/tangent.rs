@@ -98,11 +98,8 @@ impl Scene {
         Ok(self)
     }
 
-    /// What bristles are not computed beside, where the scene has such.
-    pub(crate) fn refuses_bristles(&self) -> Option<&'static str> {
-        if !self.massless.is_empty() {
-            return Some("dofs without mass or compliant contacts");
-        }
+    /// What states of contacts are not computed beside, where the scene has such.
+    pub(crate) fn refuses_moving_directions(&self) -> Option<&'static str> {
         if self.has_dependent_directions() {
             return Some(DEPENDENT);
         }

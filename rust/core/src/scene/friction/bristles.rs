@@ -36,6 +36,7 @@
 use std::sync::Arc;
 
 use crate::error::input::Error;
+use crate::scene::friction::formula::GivenOperation;
 use crate::scene::friction::law::{FrictionLaw, Table};
 use crate::scene::status::Status;
 
@@ -192,6 +193,43 @@ impl Bristles {
             operation("add", 6, 7, 0.0),
             operation("divide", 0, 8, 0.0),
         ])
+    }
+
+    /// Force per normal force and rate of the deflection; None of a loop, whose pieces no formula joins.
+    pub(crate) fn as_formulas(&self) -> Option<[Vec<GivenOperation>; 2]> {
+        if self.hysteresis.is_some() {
+            return None;
+        }
+        // Slot 0 is |s|, 1 is z, and 2 the sign of s.
+        let mut told: Vec<GivenOperation> = Vec::new();
+        let mut add = |name: &str, first: usize, second: usize, number: f64| {
+            told.push((name.to_owned(), first, second, number));
+            told.len()
+        };
+        let z = add("state", 0, 0, 0.0);
+        let sign = add("direction", 0, 0, 0.0);
+        let slip = add("multiply", sign, 0, 0.0);
+        let narrow = add("constant", 0, 0, -1.0 / (self.speed * self.speed));
+        let square = add("multiply", 0, 0, 0.0);
+        let exponent = add("multiply", narrow, square, 0.0);
+        let part = add("exp", exponent, 0, 0.0);
+        let falling = add("constant", 0, 0, (self.at_rest - self.kinetic) / self.stiffness);
+        let more = add("multiply", part, falling, 0.0);
+        let least = add("constant", 0, 0, self.kinetic / self.stiffness);
+        let largest = add("add", least, more, 0.0);
+        let bent = add("multiply", 0, z, 0.0);
+        let lost = add("divide", bent, largest, 0.0);
+        let rate = add("subtract", slip, lost, 0.0);
+        let damping = add("constant", 0, 0, self.damping);
+        let damped = add("multiply", rate, damping, 0.0);
+        let stiffness = add("constant", 0, 0, self.stiffness);
+        let spring = add("multiply", z, stiffness, 0.0);
+        let held = add("add", spring, damped, 0.0);
+        let viscous = add("constant", 0, 0, self.viscous);
+        let dragged = add("multiply", slip, viscous, 0.0);
+        add("add", held, dragged, 0.0);
+        let of_rate = told[..rate].to_vec();
+        Some([told, of_rate])
     }
 
     /// g

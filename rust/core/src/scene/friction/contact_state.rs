@@ -1,4 +1,4 @@
-//! Contacts with a state z of their own, under a given normal force N: bristles, or two formulas of a user,
+//! Contacts with a state z of their own, under a normal force N: bristles, or two formulas of a user,
 //!
 //! ```text
 //! T = -N force(s, z),   z' = rate(s, z),   s = t . x' - v
@@ -9,6 +9,12 @@
 //! `g = |d rate / d s|`, at rest or in steady slip, small motions of t and p feel each other alike with `c^2 = f / (m g)`. Bristles have `f = N sigma_0`,
 //! `g = 1`, and the kinetic energy of p is then what they store. A formula may jump as slip turns neither in force nor in rate;
 //! where it has a kink there, as `abs(s)` has, the phase ends, so that both are analytic within a phase.
+//!
+//! The normal force of a contact with a normal direction is a reaction, affine in the state: `force(s, z) N` is a product of two series
+//! then, and T depends on N in every transition and mode as a sliding friction force does, with `mu = force sgn s`. The contact
+//! opens where N = 0. While it is open its state is zero, as that of a new contact is: unloaded bristles are straight (Cundall and
+//! Strack, Geotechnique 29 (1979) 47; Canudas de Wit and others, Vehicle System Dynamics 39 (2003) 189, where they enter the patch). An impact
+//! takes no time and leaves the state alone.
 
 use std::sync::Arc;
 
@@ -122,6 +128,18 @@ impl StateFormulas {
 }
 
 impl ContactState {
+    /// The law where the normal force changes: force and rate as formulas. None of loops.
+    pub(crate) fn pressed(&self) -> Option<Self> {
+        match self {
+            Self::Bristles(numbers) => {
+                let [force, rate] = numbers.as_formulas()?;
+                let formulas = StateFormulas::new(&force, &rate).ok()?;
+                Some(Self::Formulas(Arc::new(formulas)))
+            }
+            Self::Formulas(_) => Some(self.clone()),
+        }
+    }
+
     pub(crate) fn validate(&self, contact: usize, slider_speed: f64) -> Result<(), Error> {
         match self {
             Self::Bristles(numbers) => numbers.validate(contact),
@@ -168,7 +186,10 @@ impl ContactState {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct StateContact {
     pub law: ContactState,
+    /// The given one, N; where it changes, one of its size.
     pub normal_force: f64,
+    /// The coordinate whose reaction it is, where it changes.
+    pub normal: Option<usize>,
     /// p
     pub coordinate: usize,
     /// m
@@ -190,6 +211,21 @@ pub(crate) struct InState {
 }
 
 impl StateContact {
+    /// That of a contact with a tangential coordinate and a slider, from p and its mass, and from the coordinate whose reaction is
+    /// the normal force, where this changes, and the normal force at x = 0, whose size makes the scale.
+    pub fn new(
+        state: &ContactState,
+        (tangential, slider_speed): (usize, f64),
+        (coordinate, mass): (usize, f64),
+        (normal, normal_force): (Option<usize>, f64),
+    ) -> Self {
+        let scale = state.scale(normal_force, mass, slider_speed);
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        let pressed = normal.and_then(|_| state.pressed());
+        let law = pressed.unwrap_or_else(|| state.clone());
+        Self { law, normal_force, normal, coordinate, mass, scale, tangential }
+    }
+
     /// The velocity that is z, with its weight.
     pub fn as_velocity(&self) -> (usize, f64) {
         (self.coordinate, 1.0 / self.scale)
@@ -218,27 +254,28 @@ impl StateContact {
             ContactState::Bristles(Bristles { stiffness, damping, .. }) => {
                 [damping * self.normal_force, -self.normal_force * stiffness / self.scale]
             }
-            ContactState::Formulas(_) => [-self.normal_force, self.mass * self.scale],
+            ContactState::Formulas(_) => {
+                let per_newton = if self.normal.is_some() { 1.0 } else { self.normal_force };
+                [-per_newton, self.mass * self.scale]
+            }
         };
         [(self.tangential, along), (self.coordinate, hidden)]
     }
 
-    /// What the friction force of a state of the scene stands for: that of the springs of the bristles, `-N sigma_0 z`, or
-    /// `-N z`.
-    pub fn spring_force(&self, u: &[f64]) -> f64 {
-        -self.spring() * self.state_in(u)
+    /// p' where z is given.
+    pub fn rate_of(&self, state: f64) -> f64 {
+        state * self.scale
     }
 
-    fn spring(&self) -> f64 {
-        match &self.law {
-            ContactState::Bristles(numbers) => self.normal_force * numbers.stiffness,
-            ContactState::Formulas(_) => self.normal_force,
+    /// `mu` of `T = sigma mu N`, where N changes, in a status; 0 of an open contact.
+    pub fn friction_in(&self, status: Status, slider_speed: f64, u: &[f64]) -> f64 {
+        let ContactState::Formulas(formulas) = &self.law else { return 0.0 };
+        if !status.is_sliding() {
+            return 0.0;
         }
-    }
-
-    /// p' where this force is given.
-    pub fn rate_of(&self, spring_force: f64) -> f64 {
-        -spring_force * self.scale / self.spring()
+        let speed = (u[self.tangential] - slider_speed).abs();
+        let [force, _] = formulas.in_status(status);
+        -status.friction_sign() * force.with_slopes(speed, self.state_in(u)).0
     }
 
     /// p' of steady slip.
@@ -271,6 +308,7 @@ impl StateContact {
     }
 
     pub fn in_state(&self, law: &FrictionLaw, slider_speed: f64, u: &[f64]) -> InState {
+        // Of one whose normal force changes, the friction force is that of a coefficient.
         let slip = u[self.tangential] - slider_speed;
         let z = self.state_in(u);
         match &self.law {
@@ -280,11 +318,12 @@ impl StateContact {
             ContactState::Formulas(formulas) => {
                 let [force, rate] = formulas.at(slip, z).map(|of| of.0);
                 let [(t, along), (p, hidden)] = self.directions();
+                let friction = if self.normal.is_some() { 0.0 } else { along * force };
                 InState {
-                    friction: along * force,
+                    friction,
                     stored: 0.0,
                     damping: Vec::new(),
-                    force: vec![(t, along * force), (p, hidden * rate)],
+                    force: vec![(t, friction), (p, hidden * rate)],
                 }
             }
         }
@@ -342,9 +381,15 @@ impl StateContact {
     /// ```
     ///
     /// `a = sigma_0 h, b = g h'` or, as f(z) is sgn s there, `a = n sigma_0 |s| / kinetic, b = 1`.
-    pub fn tangents(&self, law: &FrictionLaw, slip: f64) -> [Vec<(usize, usize, f64)>; 2] {
+    ///
+    /// A change of N adds `force_0 dN` to the row t, as that of a constant coefficient.
+    pub fn tangents(
+        &self,
+        law: &FrictionLaw,
+        slip: f64,
+        pressed: f64,
+    ) -> [Vec<(usize, usize, f64)>; 2] {
         let (t, p) = (self.tangential, self.coordinate);
-        let pressed = self.normal_force;
         let numbers = match &self.law {
             ContactState::Bristles(numbers) => numbers,
             ContactState::Formulas(formulas) => {

@@ -175,12 +175,23 @@ impl Scene {
     }
 
     /// With the friction of the slip velocities of a state, and the tangents of elements there.
-    pub(crate) fn in_state(&self, q: &[f64], u: &[f64]) -> Cow<'_, Self> {
+    pub(crate) fn in_state(
+        &self,
+        combination: &Combination,
+        q: &[f64],
+        u: &[f64],
+    ) -> Cow<'_, Self> {
         let at_slip = |scene: &Self| {
-            let friction = |contact| scene.friction_at(contact, u);
+            let friction = |contact: usize| match scene.state_of(contact) {
+                Some(own) if own.normal.is_some() => {
+                    let status = combination.statuses()[contact];
+                    own.friction_in(status, scene.contacts[contact].slider_speed, u)
+                }
+                _ => scene.friction_at(contact, u),
+            };
             scene.laws.as_ref().map(|_| {
                 let mut linear = scene.with_friction(friction).into_owned();
-                if let Some((damping, force)) = scene.with_states_in(u) {
+                if let Some((damping, force)) = scene.with_states_in(combination, u) {
                     (linear.damping, linear.proportional, linear.force) = (damping, None, force);
                 }
                 linear
@@ -251,7 +262,7 @@ impl Scene {
             })
             .collect();
         let steady = match self.states {
-            Some(_) => Cow::Owned(self.with_states_about(steady.into_owned())),
+            Some(_) => Cow::Owned(self.with_states_about(steady.into_owned(), pressed)),
             None => steady,
         };
         if dampers.is_empty() {

@@ -7,6 +7,7 @@ use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
 use crate::scene::model::Scene;
+use crate::scene::status::Combination;
 
 impl Scene {
     /// The state of a contact, where it has one.
@@ -34,7 +35,7 @@ impl Scene {
         self.hidden().contains(&coordinate)
     }
 
-    /// What a contact with a state does in a state of the scene.
+    /// What a closed contact with a state does in a state of the scene.
     pub(crate) fn of_state(&self, contact: usize, u: &[f64]) -> Option<InState> {
         let (own, law) = (self.state_of(contact)?, self.friction_law(contact)?);
         Some(own.in_state(law, self.contacts[contact].slider_speed, u))
@@ -66,7 +67,7 @@ impl Scene {
         if given.is_empty() {
             return Ok(self);
         }
-        if let Some(reason) = self.refuses_bristles() {
+        if let Some(reason) = self.refuses_states(&given) {
             return Err(Error::StateBeside { contact: given[0].0, reason });
         }
         let mut laws = vec![None; self.contacts.len()];
@@ -78,13 +79,44 @@ impl Scene {
         Ok(self)
     }
 
-    /// C and F with what the states of contacts bring, as it is in one state.
-    pub(crate) fn with_states_in(&self, u: &[f64]) -> Option<(SparseMatrix, Vec<f64>)> {
+    /// The state of every contact, 0 of one without; none where no contact has one.
+    pub(crate) fn internal_states(&self, u: &[f64]) -> Vec<f64> {
+        let of = |contact| self.state_of(contact).map_or(0.0, |own| own.state_in(u));
+        let count = if self.has_states() { self.contacts.len() } else { 0 };
+        (0..count).map(of).collect()
+    }
+
+    /// What states of contacts are not computed beside, where the scene has such.
+    fn refuses_states(&self, given: &[(usize, StateContact)]) -> Option<&'static str> {
+        let opens = given.iter().any(|(_, own)| own.normal.is_some());
+        if opens && self.contacts_coupled() {
+            return Some("a normal direction where mass couples contacts; lump the mass");
+        }
+        if opens && self.impact_friction {
+            return Some("impact_friction");
+        }
+        let massless =
+            given.iter().any(|&(contact, _)| !self.contacts[contact].tangential_has_mass());
+        if massless {
+            return Some(
+                "a slip without mass; give the dof mass, or leave tangential_stiffness out",
+            );
+        }
+        self.refuses_moving_directions()
+    }
+
+    /// C and F with what the states of closed contacts bring, as it is in one state.
+    pub(crate) fn with_states_in(
+        &self,
+        combination: &Combination,
+        u: &[f64],
+    ) -> Option<(SparseMatrix, Vec<f64>)> {
         self.states.as_ref()?;
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
         let mut force = self.force.clone();
-        for (contact, _) in self.state_contacts() {
-            let own = self.of_state(*contact, u)?;
+        let closed = self.state_contacts().map(|(contact, _)| *contact);
+        for contact in closed.filter(|&contact| combination.statuses()[contact].is_closed()) {
+            let own = self.of_state(contact, u)?;
             own.damping
                 .into_iter()
                 .for_each(|(row, column, entry)| rows[row].push((column, entry)));
@@ -118,12 +150,17 @@ impl Scene {
         }
     }
 
-    /// A scene of small motions about steady sliding of this one, with the states of its contacts.
-    pub(crate) fn with_states_about(&self, mut steady: Self) -> Self {
+    /// A scene of small motions about steady sliding of this one, with the states of its contacts, from their normal forces.
+    pub(crate) fn with_states_about(&self, mut steady: Self, pressed: &[f64]) -> Self {
         let (mut damping, mut places) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
         for (contact, own) in self.state_contacts() {
             let Some(law) = self.friction_law(*contact) else { continue };
-            let [rates, springs] = own.tangents(law, -self.contacts[*contact].slider_speed);
+            let normal_force = match own.normal {
+                Some(_) => pressed[*contact],
+                None => own.normal_force,
+            };
+            let slip = -self.contacts[*contact].slider_speed;
+            let [rates, springs] = own.tangents(law, slip, normal_force);
             rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));
             springs.into_iter().for_each(|(row, column, entry)| places[row].push((column, entry)));
             // In place of the spring that held the state.
@@ -198,6 +235,7 @@ mod tests {
             velocity: vec![-0.1],
             combination: Combination::parse("-", 1).expect("one letter"),
             friction_force: Vec::new(),
+            internal: Vec::new(),
         };
         let run = simulate(&propagators, &start, 11.0, Method::Auto, Controls::default());
         let run = run.expect("a run");

@@ -26,12 +26,11 @@ pub(crate) struct Validated {
     pub hidden_force: Vec<f64>,
 }
 
-/// The dof p of the state z of a contact, whose velocity is `scale z`.
+/// The dof p of the state z of a contact, and its mass.
 pub(crate) struct HiddenDof {
     pub contact: usize,
     pub dof: usize,
     pub mass: f64,
-    pub scale: f64,
 }
 
 impl Validated {

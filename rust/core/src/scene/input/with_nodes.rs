@@ -84,13 +84,15 @@ impl StateTerms {
             let inverse = |&(k, entry): &(usize, f64)| entry * entry / stated.mass.get(k, k);
             let felt = 1.0 / along.iter().map(inverse).sum::<f64>();
             if !(felt > 0.0) {
-                let reason = "dofs without mass or compliant contacts";
+                let reason =
+                    "a slip without mass; give the dof mass, or leave tangential_stiffness out";
                 return Err(Error::StateBeside { contact, reason });
             }
-            let scale = state.scale(law.normal_force, felt, law.slider_speed);
             masses[dof] = felt;
-            contacts.push(HiddenDof { contact, dof, mass: felt, scale });
-            let ContactState::Bristles(bristles) = state else { continue };
+            contacts.push(HiddenDof { contact, dof, mass: felt });
+            // Forces of a contact that can open are there while it is closed.
+            let (ContactState::Bristles(bristles), None) = (state, &law.normal) else { continue };
+            let scale = state.scale(law.normal_force, felt, law.slider_speed);
             let spring = law.normal_force * bristles.stiffness;
             let damper = law.normal_force * (bristles.damping + bristles.viscous);
             force[dof] = -spring / scale * law.slider_speed;

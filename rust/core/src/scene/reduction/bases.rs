@@ -114,6 +114,10 @@ impl Reduction {
             if placed && !scene.is_dependent(law.normal) {
                 closed.push((law.normal, law.closed()));
             }
+            // A contact that is open has no state.
+            if let Some(hidden) = law.hidden.filter(|_| status == Status::Detached) {
+                dropped[hidden] = true;
+            }
             // A stop has no tangential motion.
             dropped[law.tangential] |= law.directions == Directions::Normal;
             if status == Status::Sticking {

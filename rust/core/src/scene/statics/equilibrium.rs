@@ -159,6 +159,7 @@ impl Scene {
             velocity: vec![0.0; self.dofs],
             combination: combination.clone(),
             friction_force: Vec::new(),
+            internal: Vec::new(),
         };
         Ok((Equilibrium { state, normal_forces }, margins))
     }
@@ -399,7 +400,13 @@ impl<'a> StaticContacts<'a> {
         let normal_forces = forces.collect();
         let (position, velocity) = (scene.positions(&q), vec![0.0; scene.dofs]);
         Equilibrium {
-            state: State { position, velocity, combination, friction_force: Vec::new() },
+            state: State {
+                position,
+                velocity,
+                combination,
+                friction_force: Vec::new(),
+                internal: Vec::new(),
+            },
             normal_forces,
         }
     }

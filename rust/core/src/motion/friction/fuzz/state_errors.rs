@@ -351,10 +351,11 @@ proptest! {
                         true => [state[2][k], speed],
                         false => [speed, state[2][k]],
                     };
-                    let pairs = [
-                        (&one.slip, one.slip_norm, expected[0]),
-                        (&one.normal, one.normal_norm, expected[1]),
-                    ];
+                    let second = match &one.state {
+                        Some(state) => (&state.value, state.norm, expected[1]),
+                        None => (&one.normal, one.normal_norm, expected[1]),
+                    };
+                    let pairs = [(&one.slip, one.slip_norm, expected[0]), second];
                     for (functional, norm, expected) in pairs {
                         let found = functional.value(&q, &u);
                         let error = expected.add((-found).into()).value().abs();

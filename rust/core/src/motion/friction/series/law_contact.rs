@@ -3,6 +3,7 @@
 use crate::contact::functional::Functional;
 use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
 
 /// Whose law it is, by its index in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +22,8 @@ pub(crate) struct LawContact {
     /// T / (mu N)
     pub sign: f64,
     /// The slip velocity, and what multiplies `mu(|s|) - mu(0)`: N without what laws add. Of bristles the deflection z stands for
-    /// N everywhere and may be negative, or z for the slip speed and that for N. Of a formula with a state, the state.
+    /// N everywhere and may be negative, or z for the slip speed and that for N. Of a formula with a state under a given normal
+    /// force, 1.
     pub slip: Functional,
     pub normal: Functional,
     /// The coordinate whose velocity alone makes the slip speed, and its weight.
@@ -37,8 +39,18 @@ pub(crate) struct LawContact {
     pub decay: f64,
     /// Where slip has no mass.
     pub flow: Option<Flow>,
-    /// Whether its law is a formula of the slip speed and of a state.
-    pub of_state: bool,
+    /// The state z of its law, where this is a formula of the slip speed and of z.
+    pub state: Option<StateInput>,
+}
+
+/// The state that a formula depends on.
+#[derive(Debug)]
+pub(crate) struct StateInput {
+    pub value: Functional,
+    /// Bound of it per norm of a state of the scene.
+    pub norm: f64,
+    /// Whether a normal force that changes multiplies the formula: `y = force(s, z) N`.
+    pub pressed: bool,
 }
 
 /// A contact whose tangential coordinate has no mass and is a state of first order: its slip speed follows from
@@ -84,25 +96,48 @@ impl LawContact {
         self.is_element() && matches!(self.law, FrictionLaw::Formula(_))
     }
 
-    /// The formula of a contact with a state, whose force it gives without a factor.
+    /// The formula of a contact with a state, and this state.
     #[inline(always)]
-    pub fn with_state(&self) -> Option<&Formula> {
-        match &self.law {
-            FrictionLaw::Formula(formula) if self.of_state => Some(formula),
+    pub fn with_state(&self) -> Option<(&Formula, &StateInput)> {
+        match (&self.law, &self.state) {
+            (FrictionLaw::Formula(formula), Some(state)) => Some((formula, state)),
             _ => None,
         }
     }
 
-    /// The value of a formula with a state, which no normal force multiplies; 0 of other laws.
-    pub fn value_with_state(&self, q: &[f64], u: &[f64]) -> f64 {
-        let [speed, state] = [self.speed(q, u), self.normal.value(q, u)];
-        self.with_state().map_or(0.0, |formula| formula.with_slopes(speed, state).0)
+    /// Whether the normal force of its contact multiplies its law.
+    pub fn multiplies_normal(&self, scene: &Scene) -> bool {
+        match (self.of, &self.state) {
+            (LawOf::Contact(_), Some(state)) => state.pressed,
+            (LawOf::Contact(contact), None) => scene.state_of(contact).is_none(),
+            _ => false,
+        }
     }
 
-    /// `mu(|s|) - mu(0)`; 0 of a formula with a state.
+    /// Whether its law is a formula with a state that gives its force without a factor.
+    #[inline(always)]
+    pub fn is_bare(&self) -> bool {
+        self.state.as_ref().is_some_and(|state| !state.pressed)
+    }
+
+    /// A formula with a state, in one state.
+    fn formula_value(&self, q: &[f64], u: &[f64]) -> Option<f64> {
+        let (formula, state) = self.with_state()?;
+        Some(formula.with_slopes(self.speed(q, u), state.value.value(q, u)).0)
+    }
+
+    /// The value of a formula with a state, which no normal force multiplies; 0 of other laws.
+    pub fn value_with_state(&self, q: &[f64], u: &[f64]) -> f64 {
+        if self.is_bare() { self.formula_value(q, u).unwrap_or(0.0) } else { 0.0 }
+    }
+
+    /// `mu(|s|) - mu(0)`, or a formula with a state that N multiplies; 0 of one without this factor.
     pub fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
+        if self.is_bare() {
+            return 0.0;
+        }
         let excess = || self.law.value(self.speed(q, u)) - self.law.value(0.0);
-        if self.of_state { 0.0 } else { excess() }
+        self.formula_value(q, u).unwrap_or_else(excess)
     }
 
     /// Adds what a force of its law is to a residual.

@@ -1,6 +1,7 @@
 //! The error of a panel, and of a shorter one, from what it is made of.
 
 use crate::motion::friction::series::coefficients::LawBounds;
+use crate::motion::friction::series::law_contact::LawContact;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 
 /// Largest L for which truncation is bounded.
@@ -61,6 +62,12 @@ pub(crate) struct ContactBounds {
 }
 
 impl ContactBounds {
+    /// The change of the law per norm of a state of the scene, by its slip speed and its own state.
+    pub fn by_inputs(&self, one: &LawContact) -> f64 {
+        let by_state = one.state.as_ref().map_or(0.0, |state| self.by_state * state.norm);
+        self.law.slope * one.slip_norm + by_state
+    }
+
     /// A bound of the error of y on a part of the width, where the state is off by `error`.
     pub fn of_shorter(&self, factor: f64, error: f64) -> f64 {
         self.cut * factor.powi(DEGREE as i32) + self.round + self.gain * error
