@@ -72,7 +72,7 @@ pub struct ContactInput {
     pub gap: f64,
     /// Springs between the contact and the dofs that its directions name.
     pub springs: Springs,
-    /// A state in place of Coulomb friction: `friction` and `static_friction` are 0, and the normal force is given.
+    /// A state in place of Coulomb friction: `friction` and `static_friction` are 0. Loops need a given normal force.
     pub state: Option<ContactState>,
     /// Of friction in a plane: the contact along the other direction, with the same coefficients but its own slider speed. Both have
     /// the same `normal_force`, or one of them has the normal direction, and what belongs to that, for both.

@@ -308,7 +308,6 @@ impl StateContact {
     }
 
     pub fn in_state(&self, law: &FrictionLaw, slider_speed: f64, u: &[f64]) -> InState {
-        // Of one whose normal force changes, the friction force is that of a coefficient.
         let slip = u[self.tangential] - slider_speed;
         let z = self.state_in(u);
         match &self.law {
@@ -318,6 +317,7 @@ impl StateContact {
             ContactState::Formulas(formulas) => {
                 let [force, rate] = formulas.at(slip, z).map(|of| of.0);
                 let [(t, along), (p, hidden)] = self.directions();
+                // Where N changes, the friction force is that of a coefficient.
                 let friction = if self.normal.is_some() { 0.0 } else { along * force };
                 InState {
                     friction,
