@@ -315,12 +315,16 @@ impl PlaneSeries {
         of_order: (f64, [[f64; 2]; 2]),
         width: f64,
     ) -> [f64; 2] {
-        let products = &mut self.products;
+        let [of_turned, of_pressed] = &mut self.products;
         if k == 0 {
-            products.iter_mut().for_each(Convolutions::clear);
+            of_turned.clear();
+            of_pressed.clear();
         }
-        let [[a, b, c, d], [e, f, g, _]] = products.each_ref().map(|of| of.middle(simd, k));
-        products.iter_mut().for_each(|of| of.close(k));
+        // Not by a closure, which the vector unit would be called through for every product.
+        let [a, b, c, d] = of_turned.middle(simd, k);
+        let [e, f, g, _] = of_pressed.middle(simd, k);
+        of_turned.close(k);
+        of_pressed.close(k);
         let lower = Lower { turned: [a, b], root: [c, d], ratio: e, pressed: [f, g] };
         let force = self.extend_from(one, k, of_order, &lower, width);
         let [ratio, along, across] = [&self.ratio, &self.along, &self.across].map(|of| of[k]);
