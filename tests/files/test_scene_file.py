@@ -566,6 +566,13 @@ def test_a_model_that_a_file_cannot_name(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["scene.json", "scene.nc", "scene"])
+def test_a_scene_is_saved_where_load_reads_it(tmp_path, name):
+    with pytest.raises(ss.InputError, match=f"^{name}: expected a file .toml of a scene or a case$"):
+        ss.save(ss.Scene([1.0], [[1.0]]), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_scene_of_a_model_is_saved_as_the_model(tmp_path):
     """A page of matrices says nothing about the model that they came from."""
     path = tmp_path / "brake.toml"

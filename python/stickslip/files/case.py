@@ -197,6 +197,8 @@ def save_case(what: Scene | Case, path: str | Path, matrices: Matrices) -> None:
     if isinstance(what, Scene):
         what = _named(what) if matrices == "auto" else Case(what)
     file = file_path(path)
+    if file.suffix != ".toml":
+        raise InputError(f"{file.name}: expected a file .toml of a scene or a case")
     older = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else HEADER
     file.write_text(_text(what, file, matrices, older), encoding="utf-8")
 

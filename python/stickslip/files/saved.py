@@ -57,7 +57,7 @@ def save(
         A 3D view of a mesh, ``scene.plot.view(...)``: a picture is written as ``.png``, a film as ``.gif`` or
         ``.mp4``.
     path
-        The file: for a scene usually ``.toml``; for a result ``.nc``, ``.zarr``, which is a folder and
+        The file: for a scene or a case ``.toml``; for a result ``.nc``, ``.zarr``, which is a folder and
         needs zarr (``stickslip[study]``), or a table ``.csv``, which `load` does not read back; for a figure
         ``.pdf``, ``.svg``, ``.png`` or ``.eps``.
     matrices
