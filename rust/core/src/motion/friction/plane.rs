@@ -317,8 +317,8 @@ impl PlaneSeries {
     ) -> [f64; 2] {
         let [of_turned, of_pressed] = &mut self.products;
         if k == 0 {
-            of_turned.clear();
-            of_pressed.clear();
+            // On a panel that was too wide, factors may have been infinite.
+            (*of_turned, *of_pressed) = (Convolutions::new(), Convolutions::new());
         }
         // Not by a closure, which the vector unit would be called through for every product.
         let [a, b, c, d] = of_turned.middle(simd, k);
