@@ -826,6 +826,7 @@ impl PlaneSeries {
         let lower = |ratio: &[f64; COEFFICIENTS], j: usize, shift: usize| -> f64 {
             (0..j).map(|i| ratio[i] * a.get(j - i + shift).copied().unwrap_or(0.0)).sum()
         };
+        let of = |series: &[f64; COEFFICIENTS], i: usize| series.get(i).copied().unwrap_or(0.0);
         let along_known: f64 = (0..k).map(|i| slopes.turned[k - i] * ratio[i]).sum();
         let across_known: f64 = (0..k).map(|i| slopes.cube[k - i] * ratio[i]).sum();
         let [of_along, of_across, of_both] = one.masses(self.direction);
@@ -835,7 +836,12 @@ impl PlaneSeries {
         let forward = force_along - pressed[0] + along_known;
         match power {
             0 if follows => {
-                ratio[k] = (force_across - pull[k] - across_known) / slopes.cube[0];
+                // As in the balance of the motion, two terms come from the series before.
+                let by_along = (1..=k + 1).map(|i| of(&self.ratio, i) * of(&own[0], k + 1 - i));
+                let by_turning = (0..k).map(|i| ratio[i] * of(a, k + 1 - i));
+                let turned = by_along.sum::<f64>() + by_turning.sum::<f64>();
+                let known = force_across - pull[k] - across_known - rate * of_across * turned;
+                ratio[k] = known / (slopes.cube[0] + rate * of_across * a[1]);
             }
             0 => {
                 let turned = convolved(&self.ratio, &own[0], k, [0, 0]);
@@ -890,8 +896,7 @@ impl PlaneSeries {
         let PlaneNeighbour { slip, ratio, pull, .. } = neighbour;
         let (mut change, mut size) = (0.0, 0.0);
         for k in 0..DEGREE {
-            let moved = convolved(&self.ratio, &slip[0], k + 1, [0, 0])
-                + convolved(ratio, &self.slip[0], k + 1, [0, 0]);
+            let moved = self.ratio[0] * slip[0][k + 1] + ratio[k + 1] * self.slip[0][0];
             let taken = one.force_across(self.direction, [slip[0][k + 1], moved]);
             let force = (k + 1) as f64 / width * taken;
             change += (force - pull[k]).abs();

@@ -375,11 +375,12 @@ impl Multiply for Rows {
 }
 
 impl Counting<'_> {
-    /// The columns of the entries that count; of all entries that are no numbers as well.
+    /// The columns of the entries that count; also of those that are no numbers, and of coordinates without mass, which the norm
+    /// does not weigh.
     #[inline(always)]
     fn select(self, [q, u]: [&[f64]; 2], rows: &Rows, columns: &mut [Vec<usize>; 2]) {
         let Self { weight, omega, least } = self;
-        let moves = |k: usize| !(weight[k] * u[k].abs() <= least);
+        let moves = |k: usize| !(weight[k] * u[k].abs() <= least) || weight[k] == 0.0;
         let counts = |k: usize| !(weight[k] * omega * q[k].abs() <= least) || moves(k);
         let [of_z, of_u] = columns;
         let all = |places: &[usize]| 0..places.len();
