@@ -51,6 +51,7 @@ pub(crate) fn coordinates_at(
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
     hold_nodes(scene, state, &mut q, &mut u)?;
     give_states(scene, state, &mut u)?;
+    scene.begin_elastic_planes(&state.combination, &state.friction_force, &mut u)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
@@ -95,7 +96,7 @@ pub(crate) fn coordinates_at(
             Status::Sticking => slip.abs() <= speed_tolerance,
             // It follows from forces.
             _ if scene.creeps(contact) => status.friction_sign() * slip <= speed_tolerance,
-            Status::Slipping => true,
+            Status::Slipping | Status::Elastic => true,
             Status::Positive => slip <= 0.0 || !scene.has_direction(contact),
             _ => slip >= 0.0 || !scene.has_direction(contact),
         };
@@ -141,6 +142,9 @@ pub(crate) fn coordinates_at(
         }
         if normal_force < -tolerance {
             return Err(violated("normal force", normal_force));
+        }
+        if law.is_elastic() {
+            continue;
         }
         if let Some(plane) = law.plane {
             check_in_plane(&at_slip, contact, plane, status, &q, &u)?;
@@ -237,7 +241,7 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &mut [f64]) -> Res
 }
 
 /// Gives the contacts their states: those that are given, or those of steady slip at the slip velocity of the state, and 0 where this
-/// vanishes. Open contacts have none.
+/// vanishes. Open contacts have none. The deflection of a spring in a plane follows from its friction force instead.
 fn give_states(scene: &Scene, state: &State, u: &mut [f64]) -> Result<(), Error> {
     let given = &state.internal;
     if !given.is_empty() && given.len() != scene.contacts.len() {
@@ -247,18 +251,21 @@ fn give_states(scene: &Scene, state: &State, u: &mut [f64]) -> Result<(), Error>
     check_finite("internal", given)?;
     for (contact, &value) in given.iter().enumerate() {
         let closed = state.combination.statuses()[contact].is_closed();
-        if value != 0.0 && !(closed && scene.state_of(contact).is_some()) {
+        if value != 0.0 && !(closed && scene.internal_state_of(contact).is_some()) {
             let argument = format!("internal: contact {contact}");
             let requirement = "0 where a contact is open or has no state";
             return Err(Error::Range { argument, requirement, value });
         }
     }
     for (contact, own) in scene.state_contacts() {
+        let law = &scene.contacts[*contact];
+        if law.is_elastic() {
+            continue;
+        }
         if let Some(&value) = given.get(*contact) {
             u[own.coordinate] = own.rate_of(value);
             continue;
         }
-        let law = &scene.contacts[*contact];
         let slip = u[law.tangential] - law.slider_speed;
         let rounding = START_TOLERANCE * u[law.tangential].abs().max(law.slider_speed.abs());
         if slip.abs() > rounding && state.combination.statuses()[*contact].is_closed() {

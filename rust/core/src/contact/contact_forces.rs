@@ -101,7 +101,8 @@ pub(crate) fn contact_forces_in(
     let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
     for (contact, force) in forces.iter_mut().enumerate() {
         let given = scene.state_of(contact).is_some_and(|own| own.normal.is_none());
-        if let Some(own) = scene.of_state(contact, u).filter(|_| given) {
+        let status = combination.statuses()[contact];
+        if let Some(own) = scene.of_state(contact, status, u).filter(|_| given) {
             force.1 = own.friction;
         }
     }
@@ -195,9 +196,9 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
 pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
     let statuses = combination.statuses();
     // The rate of a state changes no force of a contact.
-    let forces = |(contact, _)| match scene.state_of(contact).map_or(1, StateContact::forces) {
-        2 => vec![Some(contact), None],
-        _ => vec![Some(contact)],
+    let forces = |(contact, _)| {
+        let count = scene.state_of(contact).map_or(1, StateContact::forces);
+        (0..count).map(move |place| (place == 0).then_some(contact))
     };
     let laws: Vec<Option<usize>> = scene.sliding_by_law(combination).flat_map(forces).collect();
     let by_law = friction_response(scene, combination);

@@ -8,6 +8,7 @@
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
 //! | `o` | N | normal force zero |
 //! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
+//! | `o` on a spring of its own | `-T . w` | the node comes to rest |
 //! | `d` | g | gap closes |
 //!
 //! Both functions of a sticking contact are positive only while N is, so N needs none of its own.
@@ -20,6 +21,7 @@ use crate::contact::functional::Functional;
 use crate::contact::problem::dependent::{MOST, eliminated};
 use crate::error::input::Error;
 use crate::scene::contact_law::Contact;
+use crate::scene::friction::contact_state::StateContact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -32,18 +34,28 @@ pub(crate) struct EventFunction {
     /// The contact forces of which it is a sum, as (row, weight): T of contact i has row 2 i, N has row 2 i + 1. Empty where it
     /// is a gap or a slip velocity.
     pub forces: Vec<(usize, f64)>,
-    /// Of contacts that stick in a plane: the functional is a part of `(mu_static N)^2 - T_x^2 - T_y^2`, which is the event
-    /// function of both directions.
+    /// Of contacts in a plane: the functional is a part of a sum of squares, which is the event function of both directions. Of
+    /// one that sticks this is `(mu_static N)^2 - T_x^2 - T_y^2`.
     pub cone: Option<ConePart>,
 }
 
-/// What an event function of a contact that sticks in a plane stands for.
+/// What an event function of a contact in a plane stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ConePart {
-    /// T along the direction of the contact.
+    /// T along the direction of the contact, or another functional whose square is subtracted.
     Force,
-    /// `mu_static N`
+    /// `mu_static N`, or another functional whose square is added.
     Limit,
+}
+
+impl ConePart {
+    /// The factor of its square.
+    pub const fn sign(self) -> f64 {
+        match self {
+            Self::Force => -1.0,
+            Self::Limit => 1.0,
+        }
+    }
 }
 
 impl EventFunction {
@@ -183,6 +195,9 @@ fn of_contact(
             let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
             slip.into_iter().chain(releases).collect()
         }
+        Status::Slipping | Status::Elastic if let Some(own) = scene.state_of(contact) => {
+            of_spring_in_plane(scene, contact, own, status)
+        }
         Status::Sticking if let Some(plane) = law.plane => {
             let part = |part, functional| EventFunction {
                 cone: Some(part),
@@ -195,7 +210,7 @@ fn of_contact(
         // Both directions of a plane open and close at once.
         _ if law.shares_normal() => Vec::new(),
         Status::Slipping if law.opens() => vec![function(EventKind::Release, normal)],
-        Status::Slipping => Vec::new(),
+        Status::Slipping | Status::Elastic => Vec::new(),
         Status::Sticking => {
             let limit = law.static_friction;
             let cone = |trigger, sign: f64| EventFunction {
@@ -232,6 +247,52 @@ fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunct
     let stretch = EventFunction::kinematic(contact, EventKind::Release, normal);
     let of_force = (!spring.is_tabulated()).then_some(by_force);
     std::iter::once(stretch).chain(of_force).collect()
+}
+
+/// Those of one direction of a contact in a plane that a spring ties to its body: of one that rests parts of
+/// `(mu N)^2 - T_x^2 - T_y^2`. One that slips does so while `z . w > 0`, with the deflection z and the velocity w of the body;
+/// with the velocity `c z` of its hidden coordinate, `4 c z w = (c z + w)^2 - (c z - w)^2`.
+fn of_spring_in_plane(
+    scene: &Scene,
+    contact: usize,
+    own: &StateContact,
+    status: Status,
+) -> Vec<EventFunction> {
+    let part = |trigger, part, functional| EventFunction {
+        cone: Some(part),
+        ..EventFunction::kinematic(contact, trigger, functional)
+    };
+    if status == Status::Slipping {
+        let slip = slip_velocity(scene, contact);
+        let deflection =
+            Functional { velocity: vec![(own.coordinate, 1.0)], ..Functional::default() };
+        let of = |sign: f64| Functional::sum([(0.5, &deflection), (0.5 * sign, &slip)].into_iter());
+        let trigger = EventKind::Velocity;
+        let [sum, difference] = [1.0, -1.0].map(of);
+        return vec![
+            part(trigger, ConePart::Force, difference),
+            part(trigger, ConePart::Limit, sum),
+        ];
+    }
+    let (trigger, (coordinate, weight)) = (EventKind::Slip, own.as_velocity());
+    let force = Functional {
+        velocity: vec![(coordinate, -own.spring() * weight)],
+        ..Functional::default()
+    };
+    let limit = own.normal_force * own.steady_friction(0.0);
+    let limit = Functional { constant: limit, ..Functional::default() };
+    let first = scene.contacts[contact].plane.is_none_or(|plane| contact < plane.beside);
+    let mut parts = vec![part(trigger, ConePart::Force, force)];
+    parts.extend(first.then(|| part(trigger, ConePart::Limit, limit)));
+    parts
+}
+
+/// The parts of the event function of a contact in a plane, with the factors of their squares.
+pub(crate) fn cone_parts(scene: &Scene, contact: usize, status: Status) -> Vec<(f64, Functional)> {
+    let Some(plane) = scene.contacts[contact].plane else { return Vec::new() };
+    let both = [contact, plane.beside].map(|one| functions_of_contact(scene, one, status));
+    let squares = both.into_iter().flatten();
+    squares.filter_map(|one| Some((one.cone?.sign(), one.functional))).collect()
 }
 
 /// The event functions of a combination in which some forces are not determined: the inequalities that some split of

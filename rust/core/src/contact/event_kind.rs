@@ -66,7 +66,7 @@ impl EventKind {
             | EventKind::SlipNegative
             | EventKind::Slip
             | EventKind::Jump => {
-                matches!(status, Status::Sticking)
+                matches!(status, Status::Sticking | Status::Elastic)
             }
             EventKind::Release => status.is_closed(),
             EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
@@ -78,12 +78,17 @@ impl EventKind {
     pub(crate) fn sets(self, contact: &Contact) -> impl Iterator<Item = Set> {
         let closed = (contact.normal, contact.closed());
         let held = |plane: Plane| Set::Speed(plane.tangential, plane.slider_speed);
-        let beside = contact.plane.filter(|_| self == EventKind::Velocity).map(held);
+        // A node that comes to rest sets nothing of its body.
+        let stops = self == EventKind::Velocity && !contact.is_elastic();
+        let beside = contact.plane.filter(|_| stops).map(held);
         let (place, speed) = match self {
-            EventKind::Velocity => (None, Some((contact.tangential, contact.slider_speed))),
+            EventKind::Velocity if stops => {
+                (None, Some((contact.tangential, contact.slider_speed)))
+            }
             EventKind::Impact | EventKind::Closing => (Some(closed), None),
             EventKind::Accumulation => (Some(closed), Some((contact.normal, 0.0))),
-            EventKind::Release
+            EventKind::Velocity
+            | EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Slip

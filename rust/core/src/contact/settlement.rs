@@ -33,7 +33,8 @@ impl Departure {
             | (Self::Gap(multiplicity), Impact | Closing)
             | (Self::Force(multiplicity), Release | SlipPositive | SlipNegative)
             | (Self::Bound(Status::Positive, multiplicity), SlipPositive)
-            | (Self::Bound(Status::Negative, multiplicity), SlipNegative) => multiplicity.into(),
+            | (Self::Bound(Status::Negative, multiplicity), SlipNegative)
+            | (Self::Bound(Status::Slipping, multiplicity), EventKind::Slip) => multiplicity.into(),
             (Self::SlipAndForce, Velocity | Release) => 1,
             _ => 0,
         }
@@ -142,7 +143,7 @@ impl Settlement {
             Some(EventKind::Velocity) => EventKind::Velocity,
             _ if before == Status::Sticking && after == Status::Positive => EventKind::SlipPositive,
             _ if before == Status::Sticking && after == Status::Negative => EventKind::SlipNegative,
-            _ if before == Status::Sticking && after == Status::Slipping => EventKind::Slip,
+            _ if after == Status::Slipping && before != Status::Detached => EventKind::Slip,
             // A tangential impulse that stopped or reversed a slip.
             _ => EventKind::Velocity,
         };

@@ -87,9 +87,14 @@ pub(crate) fn settle(
         let law = &scene.contacts[contact];
         if let Some(plane) = law.plane {
             // The first direction settles both.
-            let touched = trigger.is_some() || (impact || switched || jump) && before.is_closed();
+            // Velocities that jump elsewhere leave a spring as it is.
+            let reached = (impact || switched || jump) && before.is_closed() && !plane.elastic;
+            let touched = trigger.is_some() || reached;
             if contact < plane.beside && touched {
-                let (after, departure) = settle_in_plane(scene, contact, plane, trigger, q, u);
+                let (after, departure) = match plane.elastic {
+                    true => settle_spring_in_plane(trigger),
+                    false => settle_in_plane(scene, contact, plane, trigger, q, u),
+                };
                 settlement.record(contact, trigger, after, departure);
                 settlement.statuses[plane.beside] = after;
             }
@@ -193,6 +198,15 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     let start = (-law.slider_speed, law.slider_speed.abs());
     let (sum, size) = terms.fold(start, |(sum, size), term| (sum + term, size + term.abs()));
     sum.abs() <= NODE_ROUNDING * size
+}
+
+/// The same of a contact in a plane that a spring ties to its body. Where its slip ends, `|T|` is at its limit and its rate, which is
+/// proportional to the slip speed, at zero.
+fn settle_spring_in_plane(trigger: Option<EventKind>) -> (Status, Departure) {
+    match trigger {
+        Some(EventKind::Slip) => (Status::Slipping, Departure::None),
+        _ => (Status::Elastic, Departure::Bound(Status::Slipping, 2)),
+    }
 }
 
 /// The status of a contact in a plane, which both directions have, and its departure.

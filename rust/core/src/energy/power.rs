@@ -141,21 +141,26 @@ pub(crate) fn contact_powers<'a>(
     u: &'a [f64],
     rest: &'a [f64],
 ) -> impl Iterator<Item = ContactPower> + use<'a> {
+    let statuses = forces.combination.statuses().to_vec();
     let forces = forces.values(scene, q, u).into_iter();
-    let stored = move |contact| scene.of_state(contact, u).map_or(0.0, |own| own.stored);
     forces.zip(scene.contacts.iter().enumerate()).map(
-        move |((normal, friction), (contact, law))| ContactPower {
-            structure: friction * rest[law.tangential] + stored(contact),
-            slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
-            wear: match law.plane {
-                None => normal * (u[law.tangential] - law.slider_speed).abs(),
-                // N |w| by its parts along both directions.
-                Some(plane) => {
-                    let slip = u[law.tangential] - law.slider_speed;
-                    let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
-                    if speed == 0.0 { 0.0 } else { normal * slip * slip / speed }
-                }
-            },
+        move |((normal, friction), (contact, law))| {
+            let of_state = scene.of_state(contact, statuses[contact], u);
+            let stored = of_state.as_ref().map_or(0.0, |own| own.stored);
+            let wear = of_state.and_then(|own| own.wear);
+            ContactPower {
+                structure: friction * rest[law.tangential] + stored,
+                slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
+                wear: wear.unwrap_or_else(|| match law.plane {
+                    None => normal * (u[law.tangential] - law.slider_speed).abs(),
+                    // N |w| by its parts along both directions.
+                    Some(plane) => {
+                        let slip = u[law.tangential] - law.slider_speed;
+                        let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
+                        if speed == 0.0 { 0.0 } else { normal * slip * slip / speed }
+                    }
+                }),
+            }
         },
     )
 }

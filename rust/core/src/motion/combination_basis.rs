@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::contact::event_function::{ConePart, EventFunction, event_functions};
+use crate::contact::event_function::{EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::{exhaustions, of_phase};
 use crate::error::input::Error;
@@ -42,7 +42,7 @@ pub(crate) enum Propagator {
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
-    /// Those of them that stand for contacts that stick in planes.
+    /// Those of them that stand for contacts in planes.
     pub cones: Vec<Cone>,
     pub propagator: Propagator,
     /// The coordinates that move by themselves, if some coordinates of the scene have no mass.
@@ -146,7 +146,7 @@ impl CombinationBasis {
             let operator = LawOperator::new(scene, combination, &functions)?;
             (Propagator::Law(Box::new(operator)), left)
         } else if let Some(cone) = cones.first().filter(|_| wanted == Wanted::Modes) {
-            let contact = functions[cone.limit].contact;
+            let contact = functions[cone.parts[0].0].contact;
             return Err(Error::Plane { contact, reason: "method='modal'; use 'auto'" });
         } else if wanted == Wanted::Series
             || !cones.is_empty()
@@ -279,14 +279,15 @@ impl CombinationBasis {
     }
 }
 
-/// The pairs of event functions of contacts that stick in planes.
+/// The event functions of contacts in planes.
 fn cones_of(scene: &Scene, functions: &[EventFunction]) -> Vec<Cone> {
-    let place = |contact: usize, part: ConePart| {
-        functions.iter().position(|one| one.contact == contact && one.cone == Some(part))
-    };
-    let planes = scene.planes().filter_map(|[first, second]| {
-        let forces = [place(first, ConePart::Force)?, place(second, ConePart::Force)?];
-        Some(Cone { forces, limit: place(first, ConePart::Limit)? })
+    let planes = scene.planes().filter_map(|contacts| {
+        let of_plane = |(place, one): (usize, &EventFunction)| {
+            let part = one.cone.filter(|_| contacts.contains(&one.contact))?;
+            Some((place, part.sign()))
+        };
+        let parts: Vec<(usize, f64)> = functions.iter().enumerate().filter_map(of_plane).collect();
+        (!parts.is_empty()).then_some(Cone { parts })
     });
     planes.collect()
 }

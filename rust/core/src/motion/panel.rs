@@ -20,11 +20,11 @@ pub(super) fn rounding(operations: usize, panels: u32) -> f64 {
     0.5 * f64::EPSILON * (operations + PER_PANEL * panels as usize) as f64
 }
 
-/// The event functions of a contact that sticks in a plane: the forces along both directions, and `mu_static N`.
-#[derive(Debug, Clone, Copy)]
+/// The event functions of a contact in a plane, whose squares add up with these factors: of one that sticks the forces along both
+/// directions, and `mu_static N`.
+#[derive(Debug, Clone)]
 pub(crate) struct Cone {
-    pub forces: [usize; 2],
-    pub limit: usize,
+    pub parts: Vec<(usize, f64)>,
 }
 
 /// Event functions on one stretch of time `[start, start + width]`, as polynomials in
@@ -62,13 +62,14 @@ impl Panel {
         self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
     }
 
-    /// Forms `(mu_static N)^2 - T_x^2 - T_y^2` of contacts that stick in planes, in place of the first force; the other functions stand
-    /// for nothing then.
+    /// Forms sums of squares, such as `(mu_static N)^2 - T_x^2 - T_y^2` of contacts that stick in planes, in place of their first
+    /// parts; the other functions stand for nothing then.
     pub(super) fn form_cones(&mut self, cones: &[Cone]) {
-        for &Cone { forces: [first, second], limit } in cones {
+        for Cone { parts } in cones {
+            let Some((&(first, _), others)) = parts.split_first() else { continue };
             let mut cone = [0.0; COEFFICIENTS];
             let (mut beyond, mut error, mut largest) = (0.0, 0.0, 0.0);
-            for (function, sign) in [(limit, 1.0), (first, -1.0), (second, -1.0)] {
+            for &(function, sign) in parts {
                 let (row, off) = (*self.row(function), self.error[function]);
                 let size: f64 = row.iter().map(|c| c.abs()).sum();
                 for (k, c) in cone.iter_mut().enumerate() {
@@ -81,12 +82,12 @@ impl Panel {
                 error += (2.0 * size + off) * off;
                 largest += size * size;
             }
-            let error = error + beyond + rounding(COEFFICIENTS + 4, 0) * largest;
+            let error = error + beyond + rounding(COEFFICIENTS + 1 + parts.len(), 0) * largest;
             let least = cone[0] + cone[1..].iter().map(|c| c.min(0.0)).sum::<f64>();
             *self.row(first) = cone;
             (self.error[first], self.curvature_error[first]) = (error, error);
             self.excluded[first] = least > error;
-            (self.excluded[second], self.excluded[limit]) = (true, true);
+            others.iter().for_each(|&(other, _)| self.excluded[other] = true);
         }
     }
 

@@ -116,9 +116,11 @@ impl Directions {
     /// Whether a contact with these directions can have a status.
     pub const fn admit(self, status: Status) -> bool {
         match self {
-            Directions::Both => !matches!(status, Status::Slipping),
+            Directions::Both => !matches!(status, Status::Slipping | Status::Elastic),
             Directions::Normal => matches!(status, Status::Positive | Status::Detached),
-            Directions::Tangential => status.is_closed() && !matches!(status, Status::Slipping),
+            Directions::Tangential => {
+                status.is_closed() && !matches!(status, Status::Slipping | Status::Elastic)
+            }
         }
     }
 }
@@ -163,9 +165,16 @@ pub struct Plane {
     pub opens: bool,
     /// The component of the direction of slip along the own direction, where this is given.
     pub along: Option<f64>,
+    /// Whether a spring ties the contact to its body; see [`crate::scene::friction::elastic_plane`].
+    pub elastic: bool,
 }
 
 impl Contact {
+    /// Whether a spring of its own ties it to its body in a plane.
+    pub(crate) fn is_elastic(&self) -> bool {
+        self.plane.is_some_and(|plane| plane.elastic)
+    }
+
     /// Whether its normal coordinate is that of the contact along the other direction of its plane.
     pub(crate) fn shares_normal(&self) -> bool {
         self.directions == Directions::Tangential && self.plane.is_some_and(|plane| plane.opens)
@@ -224,7 +233,9 @@ impl Contact {
         match self.plane {
             None => self.directions.admit(status),
             Some(plane) => match status {
-                Status::Slipping | Status::Sticking => true,
+                Status::Slipping => true,
+                Status::Sticking => !plane.elastic,
+                Status::Elastic => plane.elastic,
                 _ => plane.opens && status == Status::Detached,
             },
         }
@@ -425,11 +436,6 @@ pub(crate) fn check_planes(contacts: &[ContactInput]) -> Result<(), Error> {
         if law.normal.is_some() && beside < contact {
             return refused(
                 "a normal direction with the second of its directions; state it with the first",
-            );
-        }
-        if law.springs.tangential.is_some() || law.springs.normal.is_some() {
-            return refused(
-                "a tangential_stiffness or normal_stiffness; tie a dof with a small mass to the body by springs",
             );
         }
         if law.state.is_some() {

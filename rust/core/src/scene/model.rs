@@ -84,7 +84,8 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
-    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds. In every other case T
+    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds, or the spring of a
+    /// contact in a plane. In every other case T
     /// follows from the state.
     pub friction_force: Vec<f64>,
     /// The state z of every contact, 0 of one without, or empty for that of steady slip at the slip velocity.
@@ -381,6 +382,9 @@ impl Scene {
     /// The state of contact coordinates.
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
         let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
+            if let Some(own) = self.state_of(contact).filter(|_| law.is_elastic()) {
+                return -own.spring() * own.state_in(u);
+            }
             let creeps = status.is_sliding() && self.creeps(contact);
             let holds = (status == Status::Sticking || creeps) && law.tangential >= self.dofs;
             if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }

@@ -20,6 +20,8 @@ pub enum Status {
     Detached,
     /// `o`: closed, slips in a plane along two directions, T of both opposite to the slip velocity, `|T| = mu N`.
     Slipping,
+    /// `s` of a contact in a plane with a spring of its own: the node of the spring rests on the slider, and the body moves.
+    Elastic,
 }
 
 impl Status {
@@ -28,7 +30,7 @@ impl Status {
         match self {
             Status::Positive => '+',
             Status::Negative => '-',
-            Status::Sticking => 's',
+            Status::Sticking | Status::Elastic => 's',
             Status::Detached => 'd',
             Status::Slipping => 'o',
         }
@@ -67,7 +69,7 @@ impl Status {
         match self {
             Status::Positive => 1.0,
             Status::Negative => -1.0,
-            Status::Sticking | Status::Detached | Status::Slipping => 0.0,
+            Status::Sticking | Status::Detached | Status::Slipping | Status::Elastic => 0.0,
         }
     }
 }

@@ -93,7 +93,9 @@ impl Scene {
     }
 
     pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
-        core::Combination::parse(text, self.input.contacts.len()).map_err(|error| raise(py, &error))
+        core::Combination::parse(text, self.input.contacts.len())
+            .map(|combination| combination.among(&self.input.contacts))
+            .map_err(|error| raise(py, &error))
     }
 
     pub fn start(

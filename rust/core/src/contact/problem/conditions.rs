@@ -60,7 +60,7 @@ impl Conditions {
 
     /// The statuses that it may take, the likeliest first.
     pub fn choices(&self) -> &'static [Status] {
-        use Status::{Detached, Negative, Positive, Slipping, Sticking};
+        use Status::{Detached, Elastic, Negative, Positive, Slipping, Sticking};
         let smooth = self.static_friction == 0.0;
         let all: &[Status] = match self.case {
             Case::Settled(Positive) => &[Positive],
@@ -68,6 +68,7 @@ impl Conditions {
             Case::Settled(Sticking) => &[Sticking],
             Case::Settled(Detached) => &[Detached],
             Case::Settled(Slipping) => &[Slipping],
+            Case::Settled(Elastic) => &[Elastic],
             Case::Beside { before: Detached } if smooth => &[Detached, Positive],
             Case::Resting | Case::Touching | Case::Beside { .. } if smooth => &[Positive, Detached],
             // If one motion has two names, the contact keeps the one it has.

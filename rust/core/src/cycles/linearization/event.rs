@@ -1,8 +1,8 @@
 //! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
 //! of friction over slip speed add if mass couples contacts.
 
-use crate::contact::contact_forces::{reaction, response};
-use crate::contact::event_function::EventFunction;
+use crate::contact::contact_forces::response;
+use crate::contact::event_function::{EventFunction, cone_parts};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
@@ -15,8 +15,8 @@ pub(crate) struct EventValue {
     pub functional: Functional,
     /// The change per newton of each law of friction, by contact that slides by its law; empty if the laws add nothing.
     friction: Vec<f64>,
-    /// Of a contact that sticks in a plane: T along the other direction, and `mu_static N`.
-    cone: Option<[Functional; 2]>,
+    /// Of a contact in a plane: the functionals whose squares add up, with their factors; else empty.
+    squares: Vec<(f64, Functional)>,
 }
 
 impl EventValue {
@@ -30,20 +30,20 @@ impl EventValue {
             friction
                 .extend((0..response.ncols()).map(|source| function.response(&response, source)));
         }
-        let cone = function.cone.and_then(|_| {
-            let law = &scene.contacts[function.contact];
-            let limit = reaction(&phase, law.normal).scaled(law.static_friction);
-            Some([reaction(&phase, law.plane?.tangential), limit])
-        });
-        Self { functional: function.functional, friction, cone }
+        let status = |contact: usize| combination.statuses()[contact];
+        let squares = match function.cone {
+            Some(_) => cone_parts(&phase, function.contact, status(function.contact)),
+            None => Vec::new(),
+        };
+        Self { functional: function.functional, friction, squares }
     }
 
     /// Its value in a state, and the scale of its terms.
     pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
         let (q, u) = state.split_at(state.len() / 2);
-        if let Some([other, limit]) = &self.cone {
-            let [x, y, most] = [&self.functional, other, limit].map(|force| force.value(q, u));
-            return (most * most - x * x - y * y, most * most + x * x + y * y);
+        if !self.squares.is_empty() {
+            let squares = self.squares.iter().map(|(sign, part)| (sign, part.value(q, u).powi(2)));
+            return squares.fold((0.0, 0.0), |(sum, size), (sign, x)| (sum + sign * x, size + x));
         }
         let linear = (self.functional.value(q, u), self.functional.magnitude(q, u));
         if self.friction.is_empty() {
@@ -56,10 +56,10 @@ impl EventValue {
     /// How it changes there along a direction (dq, dq').
     pub fn rate(&self, flow: &Flow<'_>, state: &[f64], direction: &[f64]) -> f64 {
         let (dq, du) = direction.split_at(direction.len() / 2);
-        if let Some([other, limit]) = &self.cone {
+        if !self.squares.is_empty() {
             let (q, u) = state.split_at(state.len() / 2);
-            let forces = [(-2.0, &self.functional), (-2.0, other), (2.0, limit)];
-            return forces.iter().map(|(of, f)| of * f.value(q, u) * f.rate(dq, du)).sum();
+            let rate = |(sign, f): &(f64, Functional)| 2.0 * sign * f.value(q, u) * f.rate(dq, du);
+            return self.squares.iter().map(rate).sum();
         }
         let linear = self.functional.rate(dq, du);
         if self.friction.is_empty() {

@@ -117,7 +117,8 @@ impl Passage {
     /// Whether it ends a slip in a plane, whose time is known explicitly.
     pub fn stops_in_plane(&self, scene: &Scene) -> bool {
         let contact = scene.contacts.get(self.contact);
-        self.trigger == EventKind::Velocity && contact.is_some_and(|law| law.plane.is_some())
+        self.trigger == EventKind::Velocity
+            && contact.is_some_and(|law| law.plane.is_some() && !law.is_elastic())
     }
 
     /// The event function in a state, and the scale of its terms.

@@ -188,7 +188,7 @@ impl Kernel for Bound<'_> {
             pressed_by = gain * (pressed_by + response * by_slip.fold(0.0, f64::max));
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
-        let of_contacts = operator.contacts.iter().all(|one| !one.is_element());
+        let of_contacts = operator.apart && operator.contacts.iter().all(|one| !one.is_element());
         let apart = scene.coupled_mass.is_none() && operator.response.is_none() && of_contacts;
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);

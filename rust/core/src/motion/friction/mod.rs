@@ -1,6 +1,7 @@
 //! Phases in which friction depends on slip speed, as Taylor series of the nonlinear equation of motion.
 
 mod bound;
+mod elastic_plane;
 #[cfg(test)]
 mod fuzz;
 pub(crate) mod motion;

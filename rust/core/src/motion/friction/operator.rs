@@ -3,6 +3,7 @@
 //! Friction at rest is a part of the linear equation of motion, `q'' = A(q, q')`; what the law adds to it is a force along
 //! the contact, `+-(mu(|s|) - mu(0)) N`. N is affine in the state, and where contacts are coupled, in these forces.
 
+use std::collections::BTreeSet;
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
@@ -13,12 +14,14 @@ use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
+use crate::motion::friction::elastic_plane::products;
 use crate::motion::friction::plane::PlaneContact;
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::contact_state::{ContactState, StateContact};
+use crate::scene::friction::elastic_plane::ElasticPlane;
 use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
@@ -45,6 +48,8 @@ pub(crate) struct LawOperator {
     pub(super) sources: Vec<Source>,
     /// Terms of the longest sum in one row of the equation.
     pub(super) terms: usize,
+    /// Whether no two contacts act on one row.
+    pub(super) apart: bool,
 }
 
 /// Where the coefficients of an event function are.
@@ -173,7 +178,16 @@ impl LawOperator {
                 }
             }
         };
+        let in_plane = |contact: usize, plane: &ElasticPlane<'_>| -> Vec<LawContact> {
+            let [_, (row, weight)] = plane.directions[0].directions();
+            let of = LawOf::Deflection(contact);
+            let all = products(scene, [contact, plane.beside], plane);
+            all.map(|(law, factors)| built(of, law, -1.0, &[(row, -weight)], factors)).into()
+        };
         let contacts = scene.sliding_by_law(combination).flat_map(|(contact, law)| {
+            if let Some(plane) = scene.elastic_plane(contact) {
+                return in_plane(contact, &plane);
+            }
             if let Some(own) = scene.state_of(contact) {
                 return with_state(contact, own, law);
             }
@@ -271,7 +285,9 @@ impl LawOperator {
         }
         let alone = contacts.iter().rev().take_while(|one| one.is_alone()).count();
         let paired = contacts.len() - alone;
-        Ok(Self { taylor, contacts, paired, planes, response, sources, terms })
+        let rows = || contacts.iter().flat_map(|one| one.direction.iter().map(|term| term.0));
+        let apart = rows().collect::<BTreeSet<usize>>().len() == rows().count();
+        Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart })
     }
 
     /// What bounds of matrices grow by in the norm with both velocities of a plane as one entry, where the norm is the largest one.

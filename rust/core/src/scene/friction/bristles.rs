@@ -74,6 +74,8 @@ pub enum Hysteresis {
         /// Part of the deflection of steady slip up to which bristles are elastic, -, between 0 and 1.
         break_away: f64,
     },
+    /// That of a spring in a plane, see [`crate::scene::friction::elastic_plane`].
+    Plane,
 }
 
 impl Hysteresis {
@@ -81,9 +83,15 @@ impl Hysteresis {
     pub(crate) const fn exponent(self) -> f64 {
         match self {
             Self::BoucWen { exponent, .. } => exponent as f64,
-            Self::ElastoPlastic { .. } => 1.0,
+            Self::ElastoPlastic { .. } | Self::Plane => 1.0,
         }
     }
+}
+
+/// The square of a deflection, of either sign.
+pub(crate) fn square() -> FrictionLaw {
+    let table = Table { speeds: vec![0.0], pieces: vec![[0.0, 0.0, 1.0, 0.0]] };
+    FrictionLaw::Tabulated(Arc::new(table))
 }
 
 impl Bristles {
@@ -108,6 +116,7 @@ impl Bristles {
                 let inside = 0.0 < break_away && break_away < 1.0;
                 vec![("break_away", break_away, "between 0 and 1", inside)]
             }
+            Hysteresis::Plane => Vec::new(),
         });
         let checks = checks.into_iter().chain(shape.into_iter().flatten());
         for (name, value, requirement, holds) in checks {
@@ -132,6 +141,7 @@ impl Bristles {
             Hysteresis::ElastoPlastic { break_away } => {
                 Self::elasto_plastic(status, extent, break_away)
             }
+            Hysteresis::Plane => return square(),
         };
         FrictionLaw::Tabulated(Arc::new(table))
     }

@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use crate::error::input::Error;
 use crate::numerics::bracket::Bracket;
-use crate::scene::friction::bristles::Bristles;
+use crate::scene::friction::bristles::{Bristles, Hysteresis};
 use crate::scene::friction::formula::{Formula, GivenOperation};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::status::Status;
@@ -208,6 +208,8 @@ pub(crate) struct InState {
     /// What is linear in the velocities, as (row, column, entry of C), and what is constant, as (row, force).
     pub damping: Vec<(usize, usize, f64)>,
     pub force: Vec<(usize, f64)>,
+    /// N times the slip speed, W, where this is not that of the body.
+    pub wear: Option<f64>,
 }
 
 impl StateContact {
@@ -243,6 +245,7 @@ impl StateContact {
     /// The number of forces that its law gives.
     pub const fn forces(&self) -> usize {
         match self.law {
+            ContactState::Bristles(Bristles { hysteresis: Some(Hysteresis::Plane), .. }) => 3,
             ContactState::Bristles(_) => 1,
             ContactState::Formulas(_) => 2,
         }
@@ -260,6 +263,14 @@ impl StateContact {
             }
         };
         [(self.tangential, along), (self.coordinate, hidden)]
+    }
+
+    /// The stiffness of bristles, or of the spring of a contact in a plane, N/m; a formula has none.
+    pub fn spring(&self) -> f64 {
+        match &self.law {
+            ContactState::Bristles(numbers) => self.normal_force * numbers.stiffness,
+            ContactState::Formulas(_) => 0.0,
+        }
     }
 
     /// p' where z is given.
@@ -324,6 +335,7 @@ impl StateContact {
                     stored: 0.0,
                     damping: Vec::new(),
                     force: vec![(t, friction), (p, hidden * rate)],
+                    wear: None,
                 }
             }
         }
@@ -359,6 +371,7 @@ impl StateContact {
             stored: self.normal_force * stiffness * z * rate,
             damping: directions.map(|(row, weight)| (row, k, -weight * factor)).to_vec(),
             force: directions.map(|(row, weight)| (row, weight * constant)).to_vec(),
+            wear: None,
         }
     }
 

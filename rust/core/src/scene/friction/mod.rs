@@ -3,6 +3,7 @@
 pub(crate) mod bristles;
 pub(crate) mod contact_state;
 pub(crate) mod decay;
+pub(crate) mod elastic_plane;
 pub(crate) mod formula;
 pub(crate) mod law;
 pub(crate) mod plane;

@@ -76,7 +76,9 @@ impl Scene {
         combination: &'a Combination,
     ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
         let statuses = combination.statuses().iter().enumerate();
-        let sliding = statuses.filter(|(_, status)| status.is_sliding());
+        // In a plane a law is that of a spring.
+        let slides = |status: &Status| status.is_sliding() || matches!(status, Status::Slipping);
+        let sliding = statuses.filter(move |(_, status)| slides(status));
         sliding.filter_map(|(contact, _)| Some((contact, self.friction_law(contact)?)))
     }
 
@@ -168,7 +170,7 @@ impl Scene {
             Some(_) => Cow::Owned(self.without_states().with_friction(friction).into_owned()),
             None => self.with_friction(friction),
         };
-        match self.has_planes() {
+        match steady.has_planes() {
             true => Cow::Owned(steady.into_owned().with_slip_directions(&still)),
             false => steady,
         }

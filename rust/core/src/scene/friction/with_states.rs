@@ -7,12 +7,17 @@ use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
 use crate::scene::model::Scene;
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 
 impl Scene {
     /// The state of a contact, where it has one.
     pub(crate) fn state_of(&self, contact: usize) -> Option<&StateContact> {
         self.states.iter().flat_map(|all| &all[..]).find(|own| own.0 == contact).map(|own| &own.1)
+    }
+
+    /// The same, if it is that of a law: the deflection of a spring in a plane is known by its friction force.
+    pub(crate) fn internal_state_of(&self, contact: usize) -> Option<&StateContact> {
+        self.state_of(contact).filter(|_| !self.contacts[contact].is_elastic())
     }
 
     /// Whether some contact has a state.
@@ -36,7 +41,10 @@ impl Scene {
     }
 
     /// What a closed contact with a state does in a state of the scene.
-    pub(crate) fn of_state(&self, contact: usize, u: &[f64]) -> Option<InState> {
+    pub(crate) fn of_state(&self, contact: usize, status: Status, u: &[f64]) -> Option<InState> {
+        if self.contacts[contact].is_elastic() {
+            return self.of_elastic_plane(contact, status, u);
+        }
         let (own, law) = (self.state_of(contact)?, self.friction_law(contact)?);
         Some(own.in_state(law, self.contacts[contact].slider_speed, u))
     }
@@ -79,11 +87,13 @@ impl Scene {
         Ok(self)
     }
 
-    /// The state of every contact, 0 of one without; none where no contact has one.
+    /// The state of every contact by its law, 0 of one without; none where no contact has one.
     pub(crate) fn internal_states(&self, u: &[f64]) -> Vec<f64> {
-        let of = |contact| self.state_of(contact).map_or(0.0, |own| own.state_in(u));
-        let count = if self.has_states() { self.contacts.len() } else { 0 };
-        (0..count).map(of).collect()
+        let all = || (0..self.contacts.len()).map(|contact| self.internal_state_of(contact));
+        if all().all(|own| own.is_none()) {
+            return Vec::new();
+        }
+        all().map(|own| own.map_or(0.0, |own| own.state_in(u))).collect()
     }
 
     /// What states of contacts are not computed beside, where the scene has such.
@@ -114,9 +124,12 @@ impl Scene {
         self.states.as_ref()?;
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
         let mut force = self.force.clone();
-        let closed = self.state_contacts().map(|(contact, _)| *contact);
-        for contact in closed.filter(|&contact| combination.statuses()[contact].is_closed()) {
-            let own = self.of_state(contact, u)?;
+        for (contact, _) in self.state_contacts() {
+            let status = combination.statuses()[*contact];
+            if !status.is_closed() {
+                continue;
+            }
+            let own = self.of_state(*contact, status, u)?;
             own.damping
                 .into_iter()
                 .for_each(|(row, column, entry)| rows[row].push((column, entry)));

@@ -5,6 +5,7 @@ use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_law::{ContactInput, check_finite, check_planes};
+use crate::scene::friction::elastic_plane::with_loops;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::loads::input::Loads;
 
@@ -68,12 +69,13 @@ impl Validated {
             law.validate(contact, size)?;
         }
         check_planes(&input.contacts)?;
-        input.loads.validate(size, input.contacts.len())?;
+        let contacts = with_loops(input.contacts)?;
+        input.loads.validate(size, contacts.len())?;
         let mut force = input.force;
         for load in &input.loads.steps {
             load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
         }
-        let SceneInput { contacts, impact_friction, loads, .. } = input;
+        let SceneInput { impact_friction, loads, .. } = input;
         Ok(Self {
             mass,
             stiffness,
