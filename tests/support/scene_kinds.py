@@ -129,6 +129,15 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
             static_friction=0.7,
         )
     ),
+    "plane with a spring": lambda: _scene(
+        _belt(
+            tangential=("x", "y"),
+            normal=None,
+            normal_force=5.0,
+            slider_speed=(0.1, 0.05),
+            tangential_stiffness=400.0,
+        )
+    ),
     "plane that opens": lambda: _scene(
         _belt(tangential=("x", "z"), slider_speed=(0.1, 0.05), static_friction=0.7),
         mass=[1.0, 1.0, 1.0],

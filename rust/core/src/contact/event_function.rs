@@ -251,7 +251,7 @@ fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunct
 
 /// Those of one direction of a contact in a plane that a spring ties to its body: of one that rests parts of
 /// `(mu N)^2 - T_x^2 - T_y^2`. One that slips does so while `z . w > 0`, with the deflection z and the velocity w of the body;
-/// with the velocity `c z` of its hidden coordinate, `4 c z w = (c z + w)^2 - (c z - w)^2`.
+/// with c of the first direction, `4 c z w = (c z + w)^2 - (c z - w)^2`.
 fn of_spring_in_plane(
     scene: &Scene,
     contact: usize,
@@ -262,10 +262,13 @@ fn of_spring_in_plane(
         cone: Some(part),
         ..EventFunction::kinematic(contact, trigger, functional)
     };
+    let first = scene.elastic_plane(contact).filter(|plane| plane.beside < contact);
+    let scale = first.as_ref().map_or(own.scale, |plane| plane.directions[1].scale);
     if status == Status::Slipping {
         let slip = slip_velocity(scene, contact);
-        let deflection =
-            Functional { velocity: vec![(own.coordinate, 1.0)], ..Functional::default() };
+        let (coordinate, weight) = own.as_velocity();
+        let velocity = vec![(coordinate, weight * scale)];
+        let deflection = Functional { velocity, ..Functional::default() };
         let of = |sign: f64| Functional::sum([(0.5, &deflection), (0.5 * sign, &slip)].into_iter());
         let trigger = EventKind::Velocity;
         let [sum, difference] = [1.0, -1.0].map(of);
@@ -281,9 +284,8 @@ fn of_spring_in_plane(
     };
     let limit = own.normal_force * own.steady_friction(0.0);
     let limit = Functional { constant: limit, ..Functional::default() };
-    let first = scene.contacts[contact].plane.is_none_or(|plane| contact < plane.beside);
     let mut parts = vec![part(trigger, ConePart::Force, force)];
-    parts.extend(first.then(|| part(trigger, ConePart::Limit, limit)));
+    parts.extend(first.is_none().then(|| part(trigger, ConePart::Limit, limit)));
     parts
 }
 

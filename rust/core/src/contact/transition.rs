@@ -88,10 +88,10 @@ pub(crate) fn settle(
         if let Some(plane) = law.plane {
             // The first direction settles both.
             // Velocities that jump elsewhere leave a spring as it is.
-            let reached = (impact || switched || jump) && before.is_closed() && !plane.elastic;
+            let reached = (impact || switched || jump) && before.is_closed() && !law.is_elastic();
             let touched = trigger.is_some() || reached;
             if contact < plane.beside && touched {
-                let (after, departure) = match plane.elastic {
+                let (after, departure) = match law.is_elastic() {
                     true => settle_spring_in_plane(trigger),
                     false => settle_in_plane(scene, contact, plane, trigger, q, u),
                 };

@@ -165,14 +165,15 @@ pub struct Plane {
     pub opens: bool,
     /// The component of the direction of slip along the own direction, where this is given.
     pub along: Option<f64>,
-    /// Whether a spring ties the contact to its body; see [`crate::scene::friction::elastic_plane`].
-    pub elastic: bool,
+    /// The coordinate of the deflection, where a spring ties the contact to its body; see
+    /// [`crate::scene::friction::elastic_plane`].
+    pub deflection: Option<usize>,
 }
 
 impl Contact {
     /// Whether a spring of its own ties it to its body in a plane.
     pub(crate) fn is_elastic(&self) -> bool {
-        self.plane.is_some_and(|plane| plane.elastic)
+        self.plane.is_some_and(|plane| plane.deflection.is_some())
     }
 
     /// Whether its normal coordinate is that of the contact along the other direction of its plane.
@@ -234,8 +235,8 @@ impl Contact {
             None => self.directions.admit(status),
             Some(plane) => match status {
                 Status::Slipping => true,
-                Status::Sticking => !plane.elastic,
-                Status::Elastic => plane.elastic,
+                Status::Sticking => plane.deflection.is_none(),
+                Status::Elastic => plane.deflection.is_some(),
                 _ => plane.opens && status == Status::Detached,
             },
         }

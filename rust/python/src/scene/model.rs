@@ -200,7 +200,8 @@ impl Scene {
     /// Whether friction acts in a plane.
     #[getter]
     fn has_planes(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(self.resting(py)?.has_planes())
+        let scene = self.resting(py)?;
+        Ok(scene.has_planes() || scene.has_elastic_planes())
     }
 
     /// Whether the scene has springs or dampers that are no entries of its matrices.

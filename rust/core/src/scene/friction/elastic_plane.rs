@@ -18,11 +18,20 @@
 //!
 //! This y is a sum of squares times velocities, `4 e_x e_y = (e_x + e_y)^2 - (e_x - e_y)^2`, each of which is the law of a deflection.
 //!
+//! *Small motions.* Where the node rests, its spring is one more of the structure. About steady slip, `w = -v`, a deflection along the
+//! slip is kept by `|z| = mu N / k`, and the one across it, zeta with the unit vector n, has
+//!
+//! ```text
+//! T' = -k n zeta,   zeta' = n . x' - (k |v| / (mu N)) zeta
+//! ```
+//!
+//! a spring in series with the damper `mu N / |v|` of slip with mass.
+//!
 //! *Energy.* The spring stores `k |z|^2 / 2`, and the node turns `-T . (w - z') = mu N (e . w)` into heat. Two motions come closer,
 //! `(z_1 - z_2) . (y_1 - y_2) >= 0`, since both are in the disc `|z| <= mu N / k`.
 
 use crate::error::input::Error;
-use crate::scene::contact_law::{ContactInput, Plane, Springs};
+use crate::scene::contact_law::{Contact, ContactInput, Plane, Springs};
 use crate::scene::friction::bristles::{Bristles, Hysteresis};
 use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
 use crate::scene::model::Scene;
@@ -133,6 +142,30 @@ impl ElasticPlane<'_> {
         e * w + f * v
     }
 
+    /// What small motions about rest of the node, or about its steady slip, add to C and to K along the first of the directions, as
+    /// (row, column, entry). The deflection across the slip is the displacement of the coordinate of the first contact of the plane;
+    /// the other coordinates of deflections have no terms.
+    pub(super) fn tangents(&self, contact: usize, status: Status) -> [Vec<(usize, usize, f64)>; 2] {
+        let own = self.directions[0];
+        let (t, first) = (own.tangential, contact < self.beside);
+        let stiffness = own.spring();
+        if status != Status::Slipping {
+            return [Vec::new(), vec![(t, t, stiffness)]];
+        }
+        let [v, beside] = self.slider;
+        let speed = v.hypot(beside);
+        // n turns with the order of the contacts.
+        let n = if first { -beside } else { beside } / speed;
+        let p = self.directions[usize::from(!first)].coordinate;
+        let mut rates = vec![(p, t, -stiffness * n)];
+        let mut springs = vec![(t, p, stiffness * n)];
+        if first {
+            rates.push((p, p, stiffness));
+            springs.push((p, p, stiffness * speed / self.extent));
+        }
+        [rates, springs]
+    }
+
     /// What the contact along the first of the directions does in a state.
     fn in_state(&self, status: Status, u: &[f64]) -> InState {
         let ([e, f], slip) = (self.direction(u), self.slip(u));
@@ -155,10 +188,21 @@ impl ElasticPlane<'_> {
 }
 
 impl Scene {
+    /// Whether no term moves the deflection of a contact with a spring of its own in a plane, as in small motions.
+    pub(crate) fn keeps_deflection(&self, contact: usize) -> Option<usize> {
+        let k = self.contacts[contact].plane?.deflection?;
+        self.matrices().iter().all(|matrix| matrix.get(k, k) == 0.0).then_some(k)
+    }
+
+    /// Whether springs of their own tie contacts in planes to their bodies.
+    pub fn has_elastic_planes(&self) -> bool {
+        self.contacts.iter().any(Contact::is_elastic)
+    }
+
     /// The spring of a contact in a plane, its own direction first; None where it has none.
     pub(crate) fn elastic_plane(&self, contact: usize) -> Option<ElasticPlane<'_>> {
         let law = &self.contacts[contact];
-        let Plane { beside, slider_speed, .. } = law.plane.filter(|plane| plane.elastic)?;
+        let Plane { beside, slider_speed, .. } = law.plane.filter(|_| law.is_elastic())?;
         let directions = [self.state_of(contact)?, self.state_of(beside)?];
         let extent = directions[0].law.steady(1.0);
         Some(ElasticPlane { directions, beside, slider: [law.slider_speed, slider_speed], extent })

@@ -69,9 +69,9 @@ impl Scene {
             let (tangential, slider_speed) = (other.tangential, other.slider_speed);
             let (gap, restitution) = (other.gap, other.restitution);
             let own = &mut self.contacts[contact];
-            let elastic = given[contact].state.is_some();
-            own.plane =
-                Some(Plane { beside, tangential, slider_speed, opens, along: None, elastic });
+            let plane =
+                Plane { beside, tangential, slider_speed, opens, along: None, deflection: None };
+            own.plane = Some(plane);
             if own.shares_normal() {
                 (own.gap, own.restitution) = (gap, restitution);
             }

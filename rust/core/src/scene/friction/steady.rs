@@ -224,7 +224,10 @@ impl Scene {
         }
         let steady = self.at_steady_sliding();
         let mut sliding = self.sliding_by_law(combination).map(|(contact, _)| contact);
-        let Some(first) = sliding.next() else { return Ok(steady) };
+        let Some(first) = sliding.next() else {
+            // Springs of nodes that all rest.
+            return Ok(if self.has_states() { self.about(combination, &[]) } else { steady });
+        };
         if let Some(stuck) = combination.statuses().iter().position(|&s| s == Status::Sticking) {
             let combination = combination.to_string();
             return Err(Error::NoSteadyState { contact: first, stuck, combination });
@@ -264,7 +267,7 @@ impl Scene {
             })
             .collect();
         let steady = match self.states {
-            Some(_) => Cow::Owned(self.with_states_about(steady.into_owned(), pressed)),
+            Some(_) => Cow::Owned(self.with_states_about(combination, steady.into_owned(), pressed)),
             None => steady,
         };
         if dampers.is_empty() {

@@ -81,6 +81,8 @@ impl Scene {
         let mut laws = vec![None; self.contacts.len()];
         for (contact, own) in &given {
             laws[*contact] = Some(own.law.law()?);
+            let plane = self.contacts[*contact].plane.iter_mut();
+            plane.for_each(|plane| plane.deflection = Some(own.coordinate));
         }
         self.laws = Some(laws.into());
         self.states = Some(given.into());
@@ -163,17 +165,29 @@ impl Scene {
         }
     }
 
-    /// A scene of small motions about steady sliding of this one, with the states of its contacts, from their normal forces.
-    pub(crate) fn with_states_about(&self, mut steady: Self, pressed: &[f64]) -> Self {
+    /// A scene of small motions about steady sliding of this one, with the states of its closed contacts, from their normal forces.
+    pub(crate) fn with_states_about(
+        &self,
+        combination: &Combination,
+        mut steady: Self,
+        pressed: &[f64],
+    ) -> Self {
         let (mut damping, mut places) = (vec![Vec::new(); self.size], vec![Vec::new(); self.size]);
         for (contact, own) in self.state_contacts() {
             let Some(law) = self.friction_law(*contact) else { continue };
-            let normal_force = match own.normal {
+            let status = combination.statuses()[*contact];
+            if !status.is_closed() {
+                continue;
+            }
+            let normal_force = || match own.normal {
                 Some(_) => pressed[*contact],
                 None => own.normal_force,
             };
             let slip = -self.contacts[*contact].slider_speed;
-            let [rates, springs] = own.tangents(law, slip, normal_force);
+            let [rates, springs] = match self.elastic_plane(*contact) {
+                Some(plane) => plane.tangents(*contact, status),
+                None => own.tangents(law, slip, normal_force()),
+            };
             rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));
             springs.into_iter().for_each(|(row, column, entry)| places[row].push((column, entry)));
             // In place of the spring that held the state.

@@ -108,7 +108,8 @@ impl Reduction {
     ) -> Self {
         let (mut sticking, mut closed) = (Vec::new(), Vec::new());
         let statuses = combination.statuses();
-        for (law, &status) in scene.contacts.iter().zip(statuses) {
+        for (contact, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
+            scene.keeps_deflection(contact).into_iter().for_each(|k| dropped[k] = true);
             dropped[law.normal] |= status.is_closed();
             let placed = status.is_closed() && law.gap != 0.0 && !law.shares_normal();
             if placed && !scene.is_dependent(law.normal) {

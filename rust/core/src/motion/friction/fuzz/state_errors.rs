@@ -117,7 +117,9 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
                         let own: Vec<Doubled> = z.iter().map(|z| z[i]).collect();
                         of_loop(numbers, [exponent as f64, share], [&own, &slips[i]])
                     }
-                    Some(Hysteresis::ElastoPlastic { .. }) => panic!("no such loop is drawn"),
+                    Some(Hysteresis::ElastoPlastic { .. } | Hysteresis::Plane) => {
+                        panic!("no such loop is drawn")
+                    }
                     None => {
                         let law = scene.friction_law(i).expect("a law");
                         laws[i].push(of_law(law, &slips[i], &mut inner[i]));

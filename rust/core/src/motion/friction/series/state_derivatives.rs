@@ -69,7 +69,7 @@ fn along(own: &StateContact, law: &FrictionLaw, s: [f64; 2], z: [f64; 2]) -> Opt
     };
     let lost = match numbers.hysteresis {
         None => product(&series(law, &speed), &state),
-        Some(Hysteresis::ElastoPlastic { .. }) => return None,
+        Some(Hysteresis::ElastoPlastic { .. } | Hysteresis::Plane) => return None,
         Some(shape) => product(&series(&numbers.loop_in(status, shape), &state), &speed),
     };
     let rate: Cubic = std::array::from_fn(|k| slip[k] - lost[k]);
