@@ -124,7 +124,7 @@ def test_small_motions_have_a_spring_in_series_with_a_damper():
 
 
 def test_multipliers_are_those_of_the_motion():
-    """A period of stick and slip, with its derivative by central differences of runs: 1e-6, less where they cancel."""
+    """A period of stick and slip, with its derivative by central differences of runs."""
     loads = [ss.Harmonic({"x": 4.0}, 1.0, phase=1.5), ss.Harmonic({"y": 1.0}, 1.0, phase=1.1)]
     scene = pad(slider_speed=(0.0, 0.0), normal_force=8.0).replace(loads=loads)
     run = ss.simulate(scene, 60.0, ss.State([0.1, 0.0], [0.5, 0.0], "ss"))
@@ -203,7 +203,7 @@ def test_what_is_not_computed_is_refused(changes, said):
 @pytest.mark.parametrize("springs", [{"normal_stiffness": 1e3}, {"tangential_stiffness": 1e3}])
 def test_a_spring_beside_a_normal_direction_is_refused(springs):
     contact = ss.Contact(tangential=("x", "y"), normal="z", friction=0.5, **springs)
-    with pytest.raises(ss.InputError, match="contact 0: .* in a plane .* state a normal_force"):
+    with pytest.raises(ss.InputError, match=r"contact 0: .* in a plane .* state a normal_force"):
         ss.Scene(np.ones(3), np.eye(3), dofs=["x", "y", "z"], contacts=[contact])
 
 

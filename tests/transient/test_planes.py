@@ -271,7 +271,7 @@ def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
         ({"normal": "z", "normal_force": None, "normal_stiffness": 1e3}, "normal_stiffness"),
         ({"friction": 0.0, "static_friction": 0.1}, "> 0 in a plane beside static friction"),
         ({"slider_speed": 0.1}, "expected a pair"),
-        ({"tangential_stiffness": 1e3}, "a tangential_stiffness"),
+        ({"tangential_stiffness": 1e3, "static_friction": 0.5}, "a tangential_stiffness and a static"),
         ({"friction": ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)}, "depends on slip speed"),
         ({"friction": ss.friction.Dahl(kinetic=0.4, stiffness=100.0)}, "friction with a state"),
     ],

@@ -120,7 +120,9 @@ CASES = [
             "then; psi is the angle from the spring to the velocity, and d = 0.6 mm the stretch of the "
             "spring as it slips."
         ),
-        tolerance="1e-9 and 1e-8, relative: the mass moves a little, and its velocity is large beside the spring.",
+        tolerance=(
+            "1e-9 and 1e-8, relative: the mass moves a little, and its velocity is large beside the spring."
+        ),
         quantities=dragged,
     ),
     Case(
@@ -129,7 +131,10 @@ CASES = [
             "Closed form, `sin(psi) = d / R`: the node moves along a circle of `sqrt(R^2 - d^2)`. Two "
             "elements along x and y, the usual shortcut, would lose 1.92 J a turn."
         ),
-        model="The same node at a mass of 10 kg on springs of 5e5 N/m, under a load that turns, after ten turns.",
+        model=(
+            "The same node at a mass of 10 kg on springs of 5e5 N/m, under a load that turns, after ten "
+            "turns."
+        ),
         tolerance="1e-12, relative.",
         quantities=turning,
     ),

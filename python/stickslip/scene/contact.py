@@ -193,8 +193,8 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
         spring = next((name for name in SPRINGS if getattr(contact, name) is not None), None)
         if spring is not None and contact.normal is not None:
             raise InputError(
-                f"contact {k}: {spring}: friction in a plane has a spring of its own only where its normal force"
-                " does not change; state a normal_force, or tie a dof with a small mass to the body by springs"
+                f"contact {k}: {spring}: friction in a plane has a spring of its own only where its normal"
+                " force does not change; state a normal_force, or tie a dof with a small mass to the body"
             )
         speeds = _pair(k, "slider_speed", contact.slider_speed, 0.0)
         waves = _pair(k, "slider_vibration", contact.slider_vibration, None)
