@@ -31,70 +31,13 @@
 //! `(z_1 - z_2) . (y_1 - y_2) >= 0`, since both are in the disc `|z| <= mu N / k`.
 
 use crate::error::input::Error;
-use crate::scene::contact_law::{Contact, ContactInput, Plane, Springs};
-use crate::scene::friction::bristles::{Bristles, Hysteresis};
-use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
+use crate::scene::contact_law::{Contact, ContactInput, Plane};
+use crate::scene::friction::contact_state::{InState, StateContact};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
 /// Relative tolerance within which a start state has `|T| = mu N` while its contact slips: that of ten digits.
 const AT_LIMIT: f64 = 1e-9;
-
-/// Contacts in which those in a plane with a tangential stiffness have a state in place of their friction and their spring.
-pub(crate) fn with_loops(mut contacts: Vec<ContactInput>) -> Result<Vec<ContactInput>, Error> {
-    for contact in 0..contacts.len() {
-        let Some(beside) = contacts[contact].beside else { continue };
-        let (law, other) = (&contacts[contact], &contacts[beside]);
-        // The first direction changes both.
-        if law.state.is_some() || law.springs == Springs::default() && law.springs == other.springs
-        {
-            continue;
-        }
-        let stiffness = spring_of(contact, law, other)?;
-        let state = ContactState::Bristles(Bristles {
-            stiffness: stiffness / law.normal_force,
-            damping: 0.0,
-            viscous: 0.0,
-            kinetic: law.friction,
-            at_rest: law.friction,
-            speed: 1.0,
-            hysteresis: Some(Hysteresis::Plane),
-        });
-        for own in [contact, beside] {
-            contacts[own].state = Some(state.clone());
-            (contacts[own].friction, contacts[own].static_friction) = (0.0, 0.0);
-            contacts[own].springs = Springs::default();
-        }
-    }
-    Ok(contacts)
-}
-
-/// The stiffness of a contact in a plane, where elastic slip is computed.
-fn spring_of(contact: usize, law: &ContactInput, other: &ContactInput) -> Result<f64, Error> {
-    let refused = |reason| Err(Error::Plane { contact, reason });
-    if law.springs.normal.is_some() || other.springs.normal.is_some() {
-        return refused("a normal_stiffness; tie a dof with a small mass to the body by a spring");
-    }
-    let Some(stiffness) = law.springs.tangential.filter(|_| law.springs == other.springs) else {
-        return refused("another tangential_stiffness along its other direction");
-    };
-    if law.normal.is_some() || other.normal.is_some() {
-        return refused(
-            "a tangential_stiffness where its normal force changes; state a normal_force",
-        );
-    }
-    if law.static_friction > law.friction {
-        return refused(
-            "a tangential_stiffness and a static friction above the kinetic one, under which the node would jump",
-        );
-    }
-    if law.friction == 0.0 {
-        let argument = format!("contact {contact}: friction");
-        let requirement = "> 0 beside a tangential_stiffness in a plane";
-        return Err(Error::Range { argument, requirement, value: 0.0 });
-    }
-    Ok(stiffness)
-}
 
 impl Combination {
     /// The same, in which the contacts in planes with springs of their own that stick are at rest by their nodes.

@@ -5,7 +5,7 @@ use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_law::{ContactInput, check_finite, check_planes};
-use crate::scene::friction::elastic_plane::with_loops;
+use crate::scene::input::elastic_planes::with_loops;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::loads::input::Loads;
 
