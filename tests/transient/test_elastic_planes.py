@@ -246,3 +246,66 @@ def test_onsets_are_where_the_force_is_at_its_limit():
     assert len(onsets) > 10
     forces = [np.hypot(*run.state(time).friction_force) for time in onsets]
     assert np.abs(np.array(forces) - 8.0 * FRICTION).max() < 1e-12
+
+
+def test_the_force_of_the_spring_stands_for_its_deflection():
+    """No second number of a state tells the same; `internal` is for laws with a state."""
+    run = ss.simulate(pad(), 2.0, ss.State([0.1, 0.0], [0.5, 0.0], "ss"))
+    assert run.state(2.0).internal is None
+    with pytest.raises(ss.InputError, match="internal: contact 0: must be 0"):
+        ss.simulate(pad(), 2.0, ss.State([0.1, 0.0], [0.5, 0.0], "ss", internal=[0.01, 0.0]))
+
+
+def beside_bristles():
+    """Return the pad and a body beside it, on bristles under a normal force that changes, which lifts off."""
+    bristles = ss.friction.LuGre(static=0.8, kinetic=0.4, speed=0.1, stiffness=400.0, damping=0.2)
+    belt = ss.Contact(tangential="u", normal="v", friction=bristles, slider_speed=0.2)
+    stiffness = np.zeros((4, 4))
+    stiffness[:2, :2] = STIFFNESS
+    stiffness[2:, 2:] = [[90.0, 20.0], [20.0, 200.0]]
+    stiffness[0, 2] = stiffness[2, 0] = -15.0
+    return ss.Scene(
+        [*MASS, 1.0, 0.7],
+        stiffness,
+        damping=0.01 * stiffness,
+        force=[0.0, 0.0, 0.0, -5.0],
+        dofs=["x", "y", "u", "v"],
+        contacts=[*pad().contacts, belt],
+        loads=[ss.Harmonic({"v": 7.0, "x": 3.0}, 1.1), ss.Harmonic({"y": 3.0}, 1.1, phase=-1.5)],
+    )
+
+
+def test_a_motion_goes_on_from_its_states_beside_a_contact_with_bristles_that_opens():
+    scene = beside_bristles()
+    run = ss.simulate(scene, 6.0, ss.State(np.zeros(4), np.zeros(4), "ssd"))
+    assert {"ss", "oo"} <= {letters[:2] for letters in run.events.combination}
+    assert {"release", "impact", "slip"} <= set(run.events.kind)
+    last = run.state(6.0)
+    closed = [time for time in np.linspace(0.5, 3.0, 40) if run.state(time).combination[2] != "d"]
+    for time in closed[:: max(1, len(closed) // 5)]:
+        begin = run.state(time)
+        assert np.any(begin.friction_force[:2])
+        assert list(begin.internal[:2]) == [0.0, 0.0]
+        assert begin.internal[2] != 0.0
+        shifted = scene.replace(
+            loads=[
+                ss.Harmonic({"v": 7.0, "x": 3.0}, 1.1, phase=2 * np.pi * 1.1 * time),
+                ss.Harmonic({"y": 3.0}, 1.1, phase=2 * np.pi * 1.1 * time - 1.5),
+            ]
+        )
+        again = ss.simulate(shifted, 6.0 - time, begin).state(6.0 - time)
+        assert np.abs(again.position - last.position).max() < 1e-10
+        assert np.abs(again.friction_force - last.friction_force).max() < 1e-8
+
+
+def test_modes_of_nodes_that_rest_beside_an_open_contact_with_bristles():
+    """The contact that is open has no state: its body is free, and the pad has its spring."""
+    scene = beside_bristles()
+    held = np.array(scene.stiffness)
+    held[:2, :2] += SPRING * np.eye(2)
+    inverse = np.diag(1.0 / np.array(scene.mass))
+    damped = -0.01 * inverse @ np.array(scene.stiffness)
+    matrix = np.block([[np.zeros((4, 4)), np.eye(4)], [-inverse @ held, damped]])
+    expected = [value for value in np.linalg.eigvals(matrix) if value.imag >= 0.0]
+    found = ss.complex_modes(scene, combination="ssd").eigenvalues
+    assert np.allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)

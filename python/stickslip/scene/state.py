@@ -52,10 +52,12 @@ class State:
         order if the names are ``x1``, ``x2``, ... and the scene has others.
     friction_force
         (c,), N: friction forces that the springs of compliant contacts hold where these stick, or slide by a
-        law over slip speed; one entry per contact. None: zero where they stick, those of steady sliding
-        where they slide. Those of all other contacts follow from the state, and their entries are ignored.
+        law over slip speed, and those of the springs of contacts in planes, along both directions; one entry
+        per contact. None: zero where they stick, those of steady sliding where they slide; in a plane, along
+        the slip of the state. Those of all other contacts follow from the state, and their entries are
+        ignored.
     internal
-        (c,), the states z of contacts with a state of their own, 0 of all others; or a mapping from the
+        (c,), the states z of contacts under a law with a state, 0 of all others; or a mapping from the
         indices of contacts to their states, 0 of those that it leaves out. Of bristles z is the deflection,
         m; of `RateState` ``ln(speed theta / length)``; of `StateLaw` what its formulas call z. None: that of
         steady slip at the slip velocity of the state, and 0 where this vanishes.

@@ -98,8 +98,8 @@ class Reduction(Shown):
             raise InputError(f"state: expected a State of {self.full.size} dofs, got {state!r}")
         state = state.ordered(self.full.dofs)
         position = self.dual @ (state.position - self.offset)
-        velocity, internal = self.dual @ state.velocity, state.internal
-        return State(position, velocity, state.combination, self.scene.dofs, internal=internal)
+        velocity, held = self.dual @ state.velocity, (state.friction_force, state.internal)
+        return State(position, velocity, state.combination, self.scene.dofs, *held)
 
     def expand(self, motion: Any) -> Any:
         """Return displacements of the reduced scene as those of the full one.
@@ -129,7 +129,8 @@ class Reduction(Shown):
                 self.basis @ motion.velocity,
                 motion.combination,
                 self.full.dofs,
-                internal=motion.internal,
+                motion.friction_force,
+                motion.internal,
             )
         if isinstance(motion, xr.Dataset):
             moved = {name: values for name, values in motion.data_vars.items() if "dof" in values.dims}

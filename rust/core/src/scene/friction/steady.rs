@@ -267,7 +267,9 @@ impl Scene {
             })
             .collect();
         let steady = match self.states {
-            Some(_) => Cow::Owned(self.with_states_about(combination, steady.into_owned(), pressed)),
+            Some(_) => {
+                Cow::Owned(self.with_states_about(combination, steady.into_owned(), pressed))
+            }
             None => steady,
         };
         if dampers.is_empty() {
