@@ -204,6 +204,20 @@ proptest! {
                 pulls[0] * angle.cos() - pulls[1] * angle.sin(),
                 pulls[0] * angle.sin() + pulls[1] * angle.cos(),
             ];
+            // Slip begins where the forces grow faster than the limit, which a normal force may raise.
+            let state: Values = x.iter().chain(&v).map(|&of| Doubled::from(of)).collect();
+            let rates = rates(&input, &state);
+            let own = |i: usize| if (2..plane).contains(&i) { rates[size + i].value() } else { 0.0 };
+            let accelerations: Vec<f64> = (0..size).map(own).collect();
+            let rate = |row: usize| {
+                stiffness.row_dot(row, &v) + damping.row_dot(row, &accelerations)
+            };
+            let raised = match input.contacts[0].normal {
+                Some(_) => input.contacts[0].friction * rate(plane),
+                None => 0.0,
+            };
+            let grows = -(turned[0] * rate(0) + turned[1] * rate(1)) / length;
+            prop_assume!(begins == 0 || grows > raised + 1e-6);
             let size = if begins == 0 { limit * (1.1 + start[6].abs()) } else { limit };
             for i in 0..2 {
                 input.force[i] = stiffness.row_dot(i, &x)
