@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3730),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 11550),
+    ("motion", 11560),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4330),
