@@ -74,7 +74,7 @@ pub enum Hysteresis {
         /// Part of the deflection of steady slip up to which bristles are elastic, -, between 0 and 1.
         break_away: f64,
     },
-    /// That of a spring in a plane, see [`crate::scene::friction::elastic_plane`].
+    /// That of a spring in a plane, see `elastic_plane`.
     Plane,
 }
 
