@@ -15,9 +15,9 @@ use crate::scene::model::Scene;
 /// How far an order of a slip speed may go, relative to what its law allows: the 29th power of it is within the range of numbers.
 const WIDE: f64 = 1e3;
 
-/// Entries of an order of the state that do not count in the next one, relative to the state: all orders together leave out less than
-/// a unit of rounding.
-const LEAST: f64 = UNIT / 32.0;
+/// Entries of an order of the state that do not count in the next one, relative to the state: all orders together leave out a small
+/// part of a unit of rounding.
+const LEAST: f64 = UNIT / 1024.0;
 
 /// The laws of a combination and their forces, order by order.
 struct Laws<'a> {
@@ -213,9 +213,11 @@ impl Kernel for ByMatrices<'_> {
 impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
-        let least = match operator.taylor.dense {
-            Some(_) => LEAST * self.taylor.scale_at_start(&operator.taylor),
-            None => 0.0,
+        // Panels are narrow beside the rest of the structure where slip in a plane begins or ends.
+        let leaves_out = operator.taylor.dense.is_some() && !operator.planes.is_empty();
+        let least = match leaves_out {
+            true => LEAST * self.taylor.scale_at_start(&operator.taylor),
+            false => 0.0,
         };
         self.uncounted = COEFFICIENTS as f64 * least;
         let Self { taylor, base, contacts, planes, coupling, convolutions, unit, .. } = self;
