@@ -142,15 +142,6 @@ def test_a_circle_within_a_part_is_found(planted):
     assert upward(root) == []
 
 
-def test_what_only_a_type_checker_reads_closes_no_circle(planted):
-    text = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from house.modes.shape import Shape\n"
-    planted("modes/shape.py", "def plot():\n    import house.modes.table\n")
-    root = planted("modes/table.py", text)
-    assert ("house.modes.table", "house.modes.shape") in arrows(root)
-    assert circles(root) == []
-    assert circles(planted("modes/table.py", text + "import house.modes.shape\n")) != []
-
-
 def test_a_stub_of_the_core_that_looks_up_is_found(planted):
     root = planted("_core.pyi", "from house.scene.scene import Scene\n")
     assert upward(root) == ["house._core -> house.scene.scene"]

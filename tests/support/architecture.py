@@ -53,10 +53,8 @@ def _nodes(file):
         yield from ast.walk(ast.parse(one.read_text(encoding="utf-8")))
 
 
-def arrows(root, types=True):
+def arrows(root):
     """Return (from, to) for every import anywhere in a file: at the top, in a function, for types only.
-
-    Without `types` those are left out that only a type checker reads.
 
     Calls of `import_module` and `__import__` count, and what a `lazy_loader` brings on demand. The package
     itself is left out: it names what users see, and everything of it is loaded on demand. The command line,
@@ -68,26 +66,13 @@ def arrows(root, types=True):
     for name, file in names.items():
         if name == top:
             continue
-        typed = set() if types else _typed(file)
         for node in _nodes(file):
-            if isinstance(node, ast.ImportFrom) and node.lineno in typed:
-                continue
             for target in _targets(node, name, file.name == "__init__.py"):
                 while target and target not in names:
                     target = target.rpartition(".")[0]
                 if target and target not in (name, top):
                     found.add((name, target))
     return found
-
-
-def _typed(file):
-    """Return the lines of a file that only a type checker reads."""
-    blocks = (
-        node
-        for node in ast.parse(file.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-    )
-    return {line for block in blocks for line in range(block.lineno, block.end_lineno + 1)}
 
 
 def _targets(node, name, is_package):
@@ -202,12 +187,9 @@ def strangers(root):
 
 
 def circles(root):
-    """Return the sets of files that reach one another when they run, each sorted.
-
-    The figures of a result name its class for the type checker, and the result imports them when it draws.
-    """
+    """Return the sets of files that reach one another, each sorted."""
     graph = {}
-    for a, b in arrows(root, types=False):
+    for a, b in arrows(root):
         graph.setdefault(a, set()).add(b)
 
     def reached(start):

@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
+import xarray as xr
 from matplotlib.axes import Axes
 
-from stickslip.motion.figures import SAMPLES, MovingPlots, spectrum, tangential
+from stickslip.motion.figures import SAMPLES, Moving, MovingPlots, spectrum, tangential
 from stickslip.scene.contact import contact_index
 from stickslip.show.plots import axes_of
 from stickslip.show.style import OVERLAY
 from stickslip.show.units import TIMES, measured
 
-if TYPE_CHECKING:
-    from stickslip.cycles.cycle import Cycle
+
+class Periodic(Protocol):
+    """What can be drawn as a limit cycle: a `Cycle`."""
+
+    @property
+    def run(self) -> Moving:
+        """One period."""
+
+    @property
+    def period(self) -> float:
+        """Its length, s."""
+
+    @property
+    def combinations(self) -> tuple[str, ...]:
+        """The combinations of its phases."""
+
+    def harmonics(self) -> xr.Dataset:
+        """Return its Fourier series."""
 
 
-class CyclePlots(MovingPlots["Cycle"]):
+class CyclePlots(MovingPlots[Periodic]):
     """Pictures of one period of a limit cycle."""
 
     _fine = 4097
 
-    def __init__(self, cycle: Cycle) -> None:
+    def __init__(self, cycle: Periodic) -> None:
         super().__init__(cycle, cycle.run)
 
     def __call__(self, *, contact: int | str = 0, samples: int = SAMPLES, ax: Axes | None = None) -> Axes:

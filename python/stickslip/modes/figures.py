@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.animation import FuncAnimation
@@ -13,16 +12,13 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.faults import InputError
-from stickslip.modes.shape import spiral
+from stickslip.modes.shape import Computed, spiral
 from stickslip.scene.checks import Complex, described, shown_statuses, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.drawing.figures import draw_mesh, draw_moved, draw_orbits, draw_rest
 from stickslip.scene.drawing.schematic import Column, Schematic, schematic, structure
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import STABLE, UNSTABLE
-
-if TYPE_CHECKING:
-    from stickslip.modes.modes import Modes
 
 #: Modes whose shapes are drawn if none are named, dofs up to which each has a bar and its name, and modes
 #: whose eigenvalues bear their number.
@@ -32,10 +28,8 @@ MOST, NAMED, LABELLED = 9, 24, 24
 Masses = Mapping[str, tuple[int | str, int | str]]
 
 
-class ModesPlots(Plots[Any]):
+class ModesPlots(Plots[Computed]):
     """Pictures of complex modes; unstable ones are red. A mode is named by its number."""
-
-    _result: Modes
 
     def __call__(self, *, ax: Axes | None = None) -> Axes:
         """Draw frequency over growth rate; return the Axes.

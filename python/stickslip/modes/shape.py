@@ -3,24 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, cast
+from typing import Protocol, cast
 
 import numpy as np
 import scipy.optimize
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Real
+from stickslip.scene.checks import Complex, Flags, Real
 from stickslip.scene.contact import dof_index
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
 
-if TYPE_CHECKING:
-    from stickslip.modes.modes import Modes
-
 #: T / (mu N) of every status whose friction force Coulomb's law gives.
 FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0, "o": 0.0}
+
+
+class Computed(Protocol):
+    """What functions of modes take: `Modes`, whose methods they are."""
+
+    @property
+    def combination(self) -> str:
+        """The status combination."""
+
+    @property
+    def eigenvalues(self) -> Complex:
+        """lambda, (m,), 1/s."""
+
+    @property
+    def frequencies(self) -> Real:
+        """``|lambda| / 2 pi``, (m,), Hz."""
+
+    @property
+    def unstable(self) -> Flags:
+        """Whether a mode grows, (m,)."""
+
+    @property
+    def shapes(self) -> Complex:
+        """Displacements, (n, m)."""
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the dofs."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+
+    def described(self, mode: int) -> str:
+        """Return frequency and growth in words."""
 
 
 def spiral(eigenvalue: complex, shape: Complex, periods: float, samples: int) -> tuple[Real, Real]:
@@ -38,7 +70,7 @@ def spiral(eigenvalue: complex, shape: Complex, periods: float, samples: int) ->
 
 
 def orbit(
-    modes: Modes, mode: int, dofs: Sequence[int | str] | None, periods: float, samples: int
+    modes: Computed, mode: int, dofs: Sequence[int | str] | None, periods: float, samples: int
 ) -> xr.DataArray:
     """Return what `Modes.orbit` does."""
     shape, eigenvalue = _shape(modes, mode)
@@ -56,7 +88,7 @@ def orbit(
     )
 
 
-def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
+def phase_lag(modes: Computed, leading: int | str, lagging: int | str) -> Real:
     """Return what `Modes.phase_lag` does."""
     first, second = (
         modes.shapes[dof_index(name, dof, modes.dofs)]
@@ -68,7 +100,7 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
     return lag
 
 
-def power(modes: Modes) -> xr.Dataset:
+def power(modes: Computed) -> xr.Dataset:
     """Return what `Modes.power` does."""
     scene = modes.scene
     structure = Structure.of(scene, modes.combination)
@@ -103,7 +135,7 @@ def power(modes: Modes) -> xr.Dataset:
     )
 
 
-def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
+def mode_friction(structure: Structure, scene: Scene, modes: Computed) -> Complex:
     """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
 
     The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
@@ -120,7 +152,7 @@ def friction_factors(scene: Scene, combination: str) -> Real:
     return np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
 
 
-def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Complex) -> Complex:
+def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: Complex) -> Complex:
     """Return the friction forces of modes from the loads that contact forces balance, (n, m)."""
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     phasors: Complex = friction_factors(scene, modes.combination)[:, None] * normal
@@ -131,14 +163,14 @@ def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Comp
     return phasors
 
 
-def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
+def _shape(modes: Computed, mode: int) -> tuple[Complex, complex]:
     count = modes.eigenvalues.size
     if not 0 <= mode < count:
         raise InputError(f"number: expected a mode in 0..{count - 1}, got {mode!r}")
     return modes.shapes[:, mode], complex(modes.eigenvalues[mode])
 
 
-def mac(a: Modes, b: Modes) -> xr.DataArray:
+def mac(a: Computed, b: Computed) -> xr.DataArray:
     """Return what `Modes.mac` does."""
     dofs = _shared(a, b)
     first, second = (_unit(modes, dofs) for modes in (a, b))
@@ -152,7 +184,7 @@ def mac(a: Modes, b: Modes) -> xr.DataArray:
     )
 
 
-def pairing(a: Modes, b: Modes) -> xr.Dataset:
+def pairing(a: Computed, b: Computed) -> xr.Dataset:
     """Return what `Modes.pairing` does."""
     table = mac(a, b)
     rows, columns = scipy.optimize.linear_sum_assignment(-np.nan_to_num(table.to_numpy()))
@@ -173,7 +205,7 @@ def pairing(a: Modes, b: Modes) -> xr.Dataset:
     )
 
 
-def _shared(a: Modes, b: Modes) -> list[str]:
+def _shared(a: Computed, b: Computed) -> list[str]:
     found = [dof for dof in a.dofs if dof in set(b.dofs)]
     if not found:
         raise InputError(
@@ -182,7 +214,7 @@ def _shared(a: Modes, b: Modes) -> list[str]:
     return found
 
 
-def _unit(modes: Modes, dofs: list[str]) -> Complex:
+def _unit(modes: Computed, dofs: list[str]) -> Complex:
     """Return the displacements of some dofs in every mode, of length 1; nan where none of them moves."""
     place = {dof: k for k, dof in enumerate(modes.dofs)}
     shapes = modes.shapes[[place[dof] for dof in dofs]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -17,9 +17,6 @@ from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import COLOURS, CONTACT
 from stickslip.show.units import ENERGIES, measured
 
-if TYPE_CHECKING:
-    from stickslip.motion.energy import Balance
-
 #: Colours that differ in lightness too, for print without colour.
 KINETIC, ELASTIC = "#ddaa33", "#bbccee"
 EXTERNAL, DAMPING, RATE = "#228833", "#882255", "black"
@@ -31,10 +28,26 @@ BOX = 0.2
 Flow = tuple[str, float, str]
 
 
-class BalancePlots(Plots[Any]):
-    """Pictures of an energy balance."""
+class Balanced(Protocol):
+    """What can be drawn as a balance: a `Balance`."""
 
-    _result: Balance
+    @property
+    def start(self) -> float:
+        """Where the interval begins, s."""
+
+    @property
+    def end(self) -> float:
+        """Where it ends, s."""
+
+    def rows(self) -> list[tuple[str, float, str]]:
+        """Return the terms as name, J, remark."""
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the terms."""
+
+
+class BalancePlots(Plots[Balanced]):
+    """Pictures of an energy balance."""
 
     def __call__(self, *, ax: Axes | None = None) -> Axes:
         """Draw every work as a bar, positive into the structure; return the Axes.

@@ -6,7 +6,7 @@ Statuses differ in lightness and in line style or hatching, so that a figure pri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal, Protocol, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -14,17 +14,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
+from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.motion.energy_figures import PARTS, energies, leading_contacts
+from stickslip.motion.events import Events
+from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
 from stickslip.scene.contact import contact_index, dof_index
+from stickslip.scene.state import State
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import COLOURS, CONTACT, HATCHES, NAMES, OVERLAY, STYLES
 from stickslip.show.units import MICROMETRES
-
-if TYPE_CHECKING:
-    from stickslip.motion.motion import Motion
 
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001
@@ -39,6 +40,26 @@ FLOOR = 1e-6
 Origin = Literal["mean", "start"]
 
 
+class Moving(Sampled, Protocol):
+    """What can be drawn as a motion: a `Motion`, a `Trajectory`."""
+
+    @property
+    def start(self) -> State:
+        """Where the motion starts."""
+
+    @property
+    def events(self) -> Events:
+        """The events."""
+
+    def energy(self, times: ArrayLike) -> xr.Dataset:
+        """Return energies and powers."""
+
+    def spectrum(
+        self, dof: str | None = None, *, begin: float | None = None, end: float | None = None
+    ) -> xr.Dataset:
+        """Return amplitudes over frequency."""
+
+
 Owner = TypeVar("Owner", covariant=True)
 
 
@@ -48,7 +69,7 @@ class MovingPlots(Plots[Owner]):
     #: Samples of a phase plane.
     _fine = 4 * HISTORY
 
-    def __init__(self, result: Owner, run: Motion) -> None:
+    def __init__(self, result: Owner, run: Moving) -> None:
         super().__init__(result)
         self._run = run
 
@@ -227,10 +248,10 @@ class MovingPlots(Plots[Owner]):
         return figure_of(drawn)
 
 
-class MotionPlots(MovingPlots["Motion"]):
+class MotionPlots(MovingPlots[Moving]):
     """Pictures of a motion. A dof is named by its name."""
 
-    def __init__(self, run: Motion) -> None:
+    def __init__(self, run: Moving) -> None:
         super().__init__(run, run)
 
     def __call__(
@@ -334,7 +355,7 @@ def _largest(lines: xr.Dataset) -> xr.Dataset:
 
 
 def _displacement(
-    axes: Axes, run: Motion, dof: str, x: Real, origin: Origin, colour: str, label: str | None = None
+    axes: Axes, run: Moving, dof: str, x: Real, origin: Origin, colour: str, label: str | None = None
 ) -> None:
     zero = x[0] if origin == "start" else x.mean()
     times = np.linspace(0.0, run.duration, x.size)
@@ -342,7 +363,7 @@ def _displacement(
     axes.set(xlabel="time, s", ylabel=f"{dof}, µm")
 
 
-def _portrait(axes: Axes, run: Motion, contact: int, status: Names, displaced: Real, velocity: Real) -> None:
+def _portrait(axes: Axes, run: Moving, contact: int, status: Names, displaced: Real, velocity: Real) -> None:
     for letter in [letter for letter in COLOURS if (status == letter).any()]:
         axes.plot(
             np.where(status == letter, displaced, np.nan),
@@ -358,7 +379,7 @@ def _portrait(axes: Axes, run: Motion, contact: int, status: Names, displaced: R
     axes.legend(frameon=False, fontsize="small")
 
 
-def _statuses(axes: Axes, run: Motion, contacts: Sequence[int]) -> None:
+def _statuses(axes: Axes, run: Moving, contacts: Sequence[int]) -> None:
     by_contact = [status_spans(run, contact) for contact in contacts]
     most = max((len(bars) for spans in by_contact for bars in spans.values()), default=0)
     for letter, colour in COLOURS.items():
@@ -389,7 +410,7 @@ def _statuses(axes: Axes, run: Motion, contacts: Sequence[int]) -> None:
         axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def status_spans(run: Motion, contact: int) -> dict[str, list[tuple[float, float]]]:
+def status_spans(run: Moving, contact: int) -> dict[str, list[tuple[float, float]]]:
     """Return the stretches of every status of a contact that occurs, as (begin, width), s."""
     letters = [run.start.combination[contact], *(found[contact] for found in run.events.combination)]
     begins = np.concatenate([[0.0], run.events.time])
@@ -402,7 +423,7 @@ def status_spans(run: Motion, contact: int) -> dict[str, list[tuple[float, float
     return {status: found for status, found in spans.items() if found}
 
 
-def instants(run: Motion, samples: int, contacts: Sequence[int] | None = None, begin: float = 0.0) -> Real:
+def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None, begin: float = 0.0) -> Real:
     """Return equidistant times from `begin` on, and the instants just before and after every event, s.
 
     A curve through them shows each status from its first to its last instant; of some contacts their own
@@ -418,7 +439,7 @@ def instants(run: Motion, samples: int, contacts: Sequence[int] | None = None, b
 
 
 def tangential(
-    run: Motion, contacts: Sequence[int], samples: int = SAMPLES, begin: float = 0.0
+    run: Moving, contacts: Sequence[int], samples: int = SAMPLES, begin: float = 0.0
 ) -> list[tuple[Names, Real, Real]]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
     motion = run.sample(instants(run, samples, contacts, begin))

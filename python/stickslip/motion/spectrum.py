@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import real_number, whole_number
 from stickslip.scene.contact import dof_index
-
-if TYPE_CHECKING:
-    from stickslip.motion.motion import Motion
+from stickslip.scene.scene import Scene
 
 #: Samples of a stretch unless told otherwise, and the fewest that make a spectrum.
 SAMPLES = 2**14
 FEWEST = 8
 
 
+class Sampled(Protocol):
+    """What can be sampled from 0 to its duration: a `Motion`."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that moves."""
+
+    @property
+    def duration(self) -> float:
+        """End of the motion, s."""
+
+    def sample(self, times: ArrayLike) -> xr.Dataset:
+        """Return ``position`` (time, dof), m."""
+
+
 def sampled_spectrum(
-    run: Motion,
+    run: Sampled,
     dof: str | None,
     begin: float | None,
     end: float | None,

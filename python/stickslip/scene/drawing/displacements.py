@@ -9,12 +9,11 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, described, whole_number
+from stickslip.scene.drawing.schematic import Structured
 from stickslip.show.mesh import Mesh
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from stickslip.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class _Shaped(Protocol):
     def shapes(self) -> Complex: ...
 
 
-def mesh_of(scene: Scene) -> Mesh:
+def mesh_of(scene: Structured) -> Mesh:
     """Return the mesh of a scene."""
     if scene.mesh is None:
         raise InputError("scene: it has no points; make it by stickslip.fe.assemble of bodies with points")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,13 +15,10 @@ from numpy.typing import ArrayLike
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.drawing.displacements import mesh_of
-from stickslip.scene.drawing.schematic import NAMED, PART, Column, Schematic, schematic
+from stickslip.scene.drawing.schematic import NAMED, PART, Column, Schematic, Structured, schematic
 from stickslip.scene.drawing.view import View, view_of
 from stickslip.show.plots import Plots, axes_of
 from stickslip.show.style import STABLE
-
-if TYPE_CHECKING:
-    from stickslip.scene.scene import Scene
 
 #: Coils of a spring.
 COILS = 6
@@ -29,7 +26,7 @@ COILS = 6
 WIDTHS = {"wall": 2.0, "slider": 2.5}
 
 
-class ScenePlots(Plots["Scene"]):
+class ScenePlots(Plots[Structured]):
     """Pictures of a scene."""
 
     def __call__(
@@ -189,7 +186,7 @@ def _coil(first: Real, last: Real) -> Real:
     return np.vstack([first, first + 0.2 * along, zigzag, first + 0.8 * along, last])
 
 
-def draw_mesh(scene: Scene, displacement: Any, scale: float | None, title: str, ax: Axes | None) -> Axes:
+def draw_mesh(scene: Structured, displacement: Any, scale: float | None, title: str, ax: Axes | None) -> Axes:
     """Draw the mesh of a scene displaced; see `ScenePlots.mesh`."""
     mesh = mesh_of(scene)
     faces = mesh.faces()

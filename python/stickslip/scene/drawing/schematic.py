@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse
 
-from stickslip.scene.checks import Complex, Real
+from stickslip.scene.checks import Complex, Matrix, Real
 from stickslip.scene.contact import direction_entries
+from stickslip.scene.elements import Element
 from stickslip.show.mesh import Mesh
-
-if TYPE_CHECKING:
-    from stickslip.scene.scene import Scene
 
 #: Bodies that are drawn at most; contacts go first. Bodies up to which each has its name.
 MOST, NAMED = 48, 16
@@ -33,6 +32,39 @@ VIEW = (
     np.array([0.3, 0.4, np.sqrt(0.75)]),
     np.array([-0.6 * np.sqrt(0.75), -0.8 * np.sqrt(0.75), 0.5]),
 )
+
+
+class Structured(Protocol):
+    """What can be drawn as a structure: a `Scene`."""
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the dofs."""
+
+    @property
+    def stiffness(self) -> Matrix:
+        """K, (n, n), N/m."""
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """Springs and dampers beside the matrices."""
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """Where the dofs lie."""
+
+    @property
+    def model(self) -> partial[Any] | None:
+        """The model function with the arguments that it was made of."""
+
+    def contact_labels(self) -> list[int] | list[str]:
+        """Return the names of the contacts."""
+
+    def tangential_direction(self, contact: int) -> Real:
+        """Return t of a contact, (n,)."""
+
+    def normal_direction(self, contact: int) -> Real:
+        """Return n of a contact, (n,)."""
 
 
 class Column(NamedTuple):
@@ -125,7 +157,7 @@ class Schematic:
                 yield "slider", End(x - h, y - v, None), End(x + h, y + v, None)
 
 
-def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
+def schematic(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     """Return the drawing of a scene.
 
     Matrices do not say where masses are. So every contact is a body in the bottom row, which moves along its
@@ -175,14 +207,14 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
     )
 
 
-def _element_ends(scene: Scene, owner: Any) -> Iterator[list[int]]:
+def _element_ends(scene: Structured, owner: Any) -> Iterator[list[int]]:
     """Yield the bodies that each spring or damper beside the matrices ties, ascending."""
     for one in scene.elements:
         entries = direction_entries("direction", one.direction, scene.dofs)
         yield sorted({int(owner[dof]) for dof, entry in entries if entry and owner[dof] >= 0})
 
 
-def masses(scene: Scene) -> Sequence[Column]:
+def masses(scene: Structured) -> Sequence[Column]:
     """Return the masses of the model of two subsystems, whose places are known; of any other scene none."""
     model = scene.model
     if model is None or model.func.__name__ != "two_subsystems":
@@ -191,7 +223,7 @@ def masses(scene: Scene) -> Sequence[Column]:
     return Column(("m1", 0, 1), ("m2", 2, 3), left), Column(("m3", 4, 5), ("m4", 6, 7), right)
 
 
-def structure(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
+def structure(scene: Structured, columns: Sequence[Column] = ()) -> Schematic:
     """Return the drawing of the mesh of a scene, or of its matrices if it has none or one with many dofs."""
     drawn = None if scene.mesh is None else meshed(scene.mesh)
     if drawn is not None and sum(len(body.along) for body in drawn.bodies) <= FINEST:
@@ -237,7 +269,7 @@ def _known(columns: Sequence[Column]) -> list[Body]:
     return bodies
 
 
-def _found(scene: Scene) -> list[Body]:
+def _found(scene: Structured) -> list[Body]:
     labels = scene.contact_labels()
     bodies, taken = [], np.zeros(len(scene.dofs), dtype=bool)
     for i in range(min(len(labels), MOST)):

@@ -8,19 +8,16 @@ import tempfile
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, file_path, finite, package, whole_number
 from stickslip.scene.drawing.displacements import ModeShape, displacements_of, mesh_of
-from stickslip.scene.drawing.schematic import PART
+from stickslip.scene.drawing.schematic import PART, Structured
 from stickslip.show.mesh import Mesh
 from stickslip.show.replaced_file import replace_file
-
-if TYPE_CHECKING:
-    from stickslip.scene.scene import Scene
 
 #: Pictures per second of a film, and the size of a picture, pixels: multiples of 16, as codecs want them.
 RATE, SIZE = 24, (1024, 768)
@@ -188,7 +185,7 @@ class View:
 
 
 def view_of(
-    scene: Scene,
+    scene: Structured,
     displacements: Any,
     mode: int | None,
     phase: float,
