@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from tests.support.contact_spring_peer import ContactSpringPeer
+from tests.support.small_motions import check_small_motions
 
 import stickslip as ss
 
@@ -138,16 +139,7 @@ def test_a_law_with_one_coefficient_is_a_number():
 def test_sweeps_and_derivatives_follow_the_rest(name):
     scene = pressed(ss.spring.Polynomial(2e3, 0.0, 1e8))
     values = {"normal_stiffness_k3": [0.0, 3e7, 1e8], "friction": [0.1, 0.4, 0.8]}[name]
-    swept = ss.sweep(scene, {name: values})
-    for value in values:
-        modes = ss.complex_modes(scene.replace(**{name: value}))
-        found = swept.eigenvalue.sel({name: value}).to_numpy()
-        found = np.sort_complex(found[found.imag > 0.0])
-        np.testing.assert_allclose(found, np.sort_complex(modes.eigenvalues), rtol=1e-11)
-    middle, step = values[1], 1e-4 * values[1]
-    derivative = ss.sensitivity(scene, {name: middle}).derivative.to_numpy()[0]
-    beside = [ss.complex_modes(scene.replace(**{name: middle + s})).eigenvalues for s in (step, -step)]
-    np.testing.assert_allclose(derivative, (beside[0] - beside[1]) / (2.0 * step), rtol=1e-5)
+    check_small_motions(scene, name, values)
 
 
 def layered(friction, law, penetration):
@@ -184,7 +176,10 @@ def test_criticality_is_that_of_the_same_spring_on_a_layer():
     )
     points = []
     for k in range(2):
-        model = lambda friction, k=k: layered(friction, law, 3.0)[k]  # noqa: E731
+
+        def model(friction, k=k):
+            return layered(friction, law, 3.0)[k]
+
         points.append(ss.critical_points(model, {"friction": (0.5, 1.0)}, kinds=("hopf",)))
     assert len(points[0]) == 1
     for ours, theirs in zip(*points, strict=True):

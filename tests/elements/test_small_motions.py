@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.support.small_motions import check_small_motions
 
 import stickslip as ss
 
@@ -94,17 +95,7 @@ def coupled(**changes):
 
 @pytest.mark.parametrize(("name", "values"), [("friction", [0.0, 0.7, 2.0]), ("mount_k3", [0.0, 3e4, 1e5])])
 def test_sweeps_and_derivatives_follow_the_rest(name, values):
-    scene = coupled()
-    swept = ss.sweep(scene, {name: values})
-    for value in values:
-        modes = ss.complex_modes(scene.replace(**{name: value}))
-        found = swept.eigenvalue.sel({name: value}).to_numpy()
-        found = np.sort_complex(found[found.imag > 0.0])
-        np.testing.assert_allclose(found, np.sort_complex(modes.eigenvalues), rtol=1e-11)
-    middle, step = values[1], 1e-4 * values[1]
-    derivative = ss.sensitivity(scene, {name: middle}).derivative.to_numpy()[0]
-    beside = [ss.complex_modes(scene.replace(**{name: middle + s})).eigenvalues for s in (step, -step)]
-    np.testing.assert_allclose(derivative, (beside[0] - beside[1]) / (2.0 * step), rtol=1e-5)
+    check_small_motions(coupled(), name, values)
 
 
 def test_a_damper_of_third_order_has_the_coefficient_of_its_equation():

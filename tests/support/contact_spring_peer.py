@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from tests.support.element_peer import TOLERANCES, watched
+from tests.support.element_peer import EventPeer
 
 
 @dataclass(frozen=True)
-class ContactSpringPeer:
+class ContactSpringPeer(EventPeer):
     """``M x'' + C x' + K x = F + t T + n phi(u)``, M lumped, t the first dof, ``u = -(n . x + gap) > 0``."""
 
     mass: Any
@@ -25,6 +24,8 @@ class ContactSpringPeer:
     friction: float
     static_friction: float
     speed: float
+
+    most = 80
 
     def penetration(self, y: Any) -> float:
         """Return u."""
@@ -75,24 +76,3 @@ class ContactSpringPeer:
         if abs(force[0]) <= self.static_friction * pressed:
             return "s"
         return "+" if force[0] < 0.0 else "-"
-
-    def run(self, y: Sequence[float], status: str, duration: float) -> tuple[list[tuple[float, str]], Any]:
-        """Return the events as (time, kind), and the state at the end."""
-        time, events, state = 0.0, [], np.array(y, dtype=float)
-        while time < duration and len(events) < 80:
-            functions = self.functions(status)
-            found = solve_ivp(
-                lambda _, y, status=status: self.field(y, status),
-                (time, duration),
-                state,
-                "DOP853",
-                events=[watched(function, time) for function in functions.values()],
-                **TOLERANCES,
-            )
-            time, state = float(found.t[-1]), found.y[:, -1]
-            if found.status != 1:
-                break
-            kind = next(kind for kind, at in zip(functions, found.t_events, strict=True) if at.size)
-            events.append((time, kind))
-            status = self.settled(kind, state)
-        return events, state

@@ -7,6 +7,8 @@ The reference has the deflections of the springs as states, `z' = w` while a nod
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -87,11 +89,9 @@ class ElasticScene:
             rows = slice(2 * pad.body, 2 * pad.body + 2)
             return float(z @ (y[n:][rows] - pad.speed) if slips[k] else pad.extent**2 - z @ z)
 
-        def event(k: int):
-            def value(t: float, y: np.ndarray) -> float:
-                return ends(k, t, y)
-
-            value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
+        def event(k: int) -> Any:
+            value: Any = partial(ends, k)
+            value.terminal, value.direction = True, -1.0
             return value
 
         settings = {"method": "DOP853", "rtol": 3e-14, "atol": 1e-15}

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from state_scenes import ACCURACY, FOLLOWED, NEGLIGIBLE, STEPS, Followed, drawn_law, force_and_rate
+from state_scenes import ACCURACY, FOLLOWED, NEGLIGIBLE, STEPS, Followed, drawn_law, force_and_rate, report
 from stickslip.scene.laws.state import BoucWen, ElastoPlastic, LawWithState
 
 #: s
@@ -185,21 +185,5 @@ def followed_openings(scene: ss.Scene, start: ss.State) -> Followed:
     return result
 
 
-def main() -> None:
-    """Follow scenes 0 to N - 1 of a seed."""
-    import sys
-
-    count, seed = (int(one) for one in sys.argv[1:3])
-    worst, events = Followed(0, 0.0, 0.0, 0, 0.0), 0
-    for index in range(count):
-        found = followed_openings(*opening_scene(seed, index))
-        events += found.events
-        for name in ("state", "missed", "energy"):
-            setattr(worst, name, max(getattr(worst, name), getattr(found, name)))
-        if found.state > 1e-9 or found.missed or found.energy > 1e-11:
-            print(index, found, flush=True)
-    print(f"{count} scenes, {events} events, worst {worst}")
-
-
 if __name__ == "__main__":
-    main()
+    report(opening_scene, followed_openings)

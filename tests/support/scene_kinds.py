@@ -95,6 +95,7 @@ def _compliant(**changes: object) -> ss.Scene:
     return _scene(contact, **{**given, **changes})
 
 
+PLANE = {"tangential": ("x", "y"), "normal": None, "normal_force": 5.0, "slider_speed": (0.1, 0.05)}
 STOP = ss.Contact(normal={"x": -1.0}, gap=0.07, restitution=0.5, name="stop")
 SPIN = [[0.0, 2.0], [-2.0, 0.0]]
 
@@ -120,24 +121,8 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "stop": lambda: _scene(STOP, force=[0.0, 0.0]),
     "stop beside a belt": lambda: _scene(_belt(), STOP),
     "given normal force": lambda: _scene(_belt(normal=None, normal_force=5.0, static_friction=0.7)),
-    "plane": lambda: _scene(
-        _belt(
-            tangential=("x", "y"),
-            normal=None,
-            normal_force=5.0,
-            slider_speed=(0.1, 0.05),
-            static_friction=0.7,
-        )
-    ),
-    "plane with a spring": lambda: _scene(
-        _belt(
-            tangential=("x", "y"),
-            normal=None,
-            normal_force=5.0,
-            slider_speed=(0.1, 0.05),
-            tangential_stiffness=400.0,
-        )
-    ),
+    "plane": lambda: _scene(_belt(**PLANE, static_friction=0.7)),
+    "plane with a spring": lambda: _scene(_belt(**PLANE, tangential_stiffness=400.0)),
     "plane that opens": lambda: _scene(
         _belt(tangential=("x", "z"), slider_speed=(0.1, 0.05), static_friction=0.7),
         mass=[1.0, 1.0, 1.0],

@@ -230,14 +230,16 @@ def followed(scene: ss.Scene, start: ss.State) -> Followed:
     return result
 
 
-def main() -> None:
-    """Follow scenes 0 to N - 1 of a seed."""
+def report(
+    scene_of: Callable[[int, int], tuple[ss.Scene, ss.State]], follow: Callable[..., Followed]
+) -> None:
+    """Follow scenes 0 to N - 1 of a seed, both from the command line; print the worst."""
     import sys
 
     count, seed = (int(one) for one in sys.argv[1:3])
     worst, events = Followed(0, 0.0, 0.0, 0, 0.0), 0
     for index in range(count):
-        found = followed(*state_scene(seed, index))
+        found = follow(*scene_of(seed, index))
         events += found.events
         for name in ("state", "time", "missed", "energy"):
             setattr(worst, name, max(getattr(worst, name), getattr(found, name)))
@@ -247,4 +249,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    report(state_scene, followed)
