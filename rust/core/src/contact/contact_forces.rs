@@ -101,8 +101,8 @@ pub(crate) fn contact_forces_in(
     let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
     for (contact, force) in forces.iter_mut().enumerate() {
         let given = scene.state_of(contact).is_some_and(|own| own.normal.is_none());
-        let status = combination.statuses()[contact];
-        if let Some(own) = scene.of_state(contact, status, u).filter(|_| given) {
+        let own = || scene.of_state(contact, combination.statuses()[contact], u);
+        if let Some(own) = given.then(own).flatten() {
             force.1 = own.friction;
         }
     }

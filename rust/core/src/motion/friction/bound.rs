@@ -160,10 +160,10 @@ impl Kernel for Bound<'_> {
         }
         let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
-        let counted = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let pressed = operator.contacts.iter().filter(|one| !one.is_bare());
         let mut pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
-        let mut off = counted + uncounted * pressed_by;
+        let of_normals = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
+        let mut off = of_normals + uncounted * pressed_by;
         let mut unsharp = 0.0;
         if operator.response.is_some() {
             let [inverse, response] = coupling.norms;

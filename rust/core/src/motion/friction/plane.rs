@@ -16,8 +16,9 @@
 //! entries) only the defect of the series counts, no slope of e, however slow the slip is.
 //!
 //! *Slow slip.* The direction relaxes at the rate `mu N / (m r)`. Where this is fast, no series of t in time holds for longer; but the
-//! direction that has relaxed follows from the balance across e_0, `mu N e = R - M w'` there, into which `w = a (1, t)` is put again and
-//! again. What is left of this balance is the defect of that w, whatever the rate.
+//! direction that has relaxed follows from the balance across e_0, `mu N e = R - M w'` there with `w = a (1, t)`. Two terms of each order
+//! come from the series before, which is formed again until nothing changes. What is left of this balance is the defect of that w,
+//! whatever the rate.
 //!
 //! *End of slip.* With r = |w|, f = |R| and equal masses m, `r (mu N + R . e)` falls at the rate `((mu N)^2 - f^2) / m` while R is constant
 //! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
@@ -430,11 +431,16 @@ impl PlaneSeries {
         self.close(k, lower);
     }
 
-    /// What the balance across e_0 of order k takes from the series before.
-    fn taken_from_before(&self, one: &PlaneContact, k: usize, width: f64) -> f64 {
-        let [a, t] = [&self.slip[0], &self.ratio];
-        let moved = t[0] * a[k + 1] + t[k + 1] * a[0];
-        (k + 1) as f64 / width * one.force_across(self.direction, [a[k + 1], moved])
+    /// What the balance across e_0 of order k takes from the series before: the next order of w along e_0 and of t, or of their changes.
+    fn taken_from_before(
+        &self,
+        one: &PlaneContact,
+        k: usize,
+        [along, ratio]: [&[f64; COEFFICIENTS]; 2],
+        width: f64,
+    ) -> f64 {
+        let moved = self.ratio[0] * along[k + 1] + ratio[k + 1] * self.slip[0][0];
+        (k + 1) as f64 / width * one.force_across(self.direction, [along[k + 1], moved])
     }
 
     /// c and t of order k from t c: `c^2 + (t c)^2 = 1`.
@@ -473,7 +479,7 @@ impl PlaneSeries {
     pub(super) fn improve(&mut self, one: &PlaneContact, width: f64) -> [f64; 2] {
         let mut change = 0.0;
         for k in 0..DEGREE {
-            let force = self.taken_from_before(one, k, width);
+            let force = self.taken_from_before(one, k, [&self.slip[0], &self.ratio], width);
             change += (force - self.pull[k]).abs();
             self.pull[k] = force;
         }
@@ -655,7 +661,8 @@ impl PlaneSeries {
             let moved = convolved(&self.ratio, a, k, [0, 0]);
             apart += (b[k] - moved).abs();
             if k > 0 {
-                defect += (self.taken_from_before(one, k - 1, width) - self.pull[k - 1]).abs();
+                let force = self.taken_from_before(one, k - 1, [a, &self.ratio], width);
+                defect += (force - self.pull[k - 1]).abs();
             }
         }
         let rate = 2.0 * COEFFICIENTS as f64 / width;
@@ -896,9 +903,7 @@ impl PlaneSeries {
         let PlaneNeighbour { slip, ratio, pull, .. } = neighbour;
         let (mut change, mut size) = (0.0, 0.0);
         for k in 0..DEGREE {
-            let moved = self.ratio[0] * slip[0][k + 1] + ratio[k + 1] * self.slip[0][0];
-            let taken = one.force_across(self.direction, [slip[0][k + 1], moved]);
-            let force = (k + 1) as f64 / width * taken;
+            let force = self.taken_from_before(one, k, [&slip[0], &*ratio], width);
             change += (force - pull[k]).abs();
             size += self.limit[0] * ratio[k].abs() + force.abs();
             pull[k] = force;

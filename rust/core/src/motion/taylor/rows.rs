@@ -282,6 +282,46 @@ impl<'a, const G: usize> Block<'a, G> {
     }
 }
 
+impl<const G: usize> Block<'_, G> {
+    /// The sums of columns times numbers, of those of z and of those of q', each in two chains of additions.
+    #[inline(always)]
+    fn sum<'c, S: Lanes, T: Iterator<Item = (&'c [Group; G], f64)>>(
+        simd: S,
+        terms: [T; 2],
+        sums: &mut [Group],
+    ) {
+        let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
+        for mut terms in terms {
+            while let Some((column, x)) = terms.next() {
+                even = add_column(simd, column, x, even);
+                if let Some((column, x)) = terms.next() {
+                    odd = add_column(simd, column, x, odd);
+                }
+            }
+        }
+        for (sum, (even, odd)) in sums.iter_mut().zip(even.into_iter().zip(odd)) {
+            *sum = simd.add_f64s(even, odd);
+        }
+    }
+
+    /// The product with some of the columns.
+    #[inline(always)]
+    fn multiply_some<S: Lanes>(
+        &self,
+        simd: S,
+        [z, u]: [&[f64]; 2],
+        [some_z, some_u]: &[Vec<usize>; 2],
+        sums: &mut [Group],
+    ) {
+        let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
+        let parts = [(of_z, moving, some_z, z), (of_u, damped, some_u, u)];
+        let terms = parts.map(|(columns, places, some, x)| {
+            some.iter().map(move |&term| (&columns[term], x[places[term]]))
+        });
+        Self::sum(simd, terms, sums);
+    }
+}
+
 impl<const G: usize> Multiply for Block<'_, G> {
     #[inline(always)]
     fn multiply<S: Lanes>(
@@ -292,21 +332,10 @@ impl<const G: usize> Multiply for Block<'_, G> {
         sums: &mut [Group],
     ) {
         let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
-        let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
-        for (columns, places, x) in [(of_z, moving, z), (of_u, damped, u)] {
-            let (pairs, last) = columns.as_chunks::<2>();
-            let (twos, one) = places.as_chunks::<2>();
-            for (pair, &[a, b]) in pairs.iter().zip(twos) {
-                even = add_column(simd, &pair[0], x[a], even);
-                odd = add_column(simd, &pair[1], x[b], odd);
-            }
-            if let ([column], [a]) = (last, one) {
-                even = add_column(simd, column, x[*a], even);
-            }
-        }
-        for (sum, (even, odd)) in sums.iter_mut().zip(even.into_iter().zip(odd)) {
-            *sum = simd.add_f64s(even, odd);
-        }
+        let terms = [(of_z, moving, z), (of_u, damped, u)].map(|(columns, places, x)| {
+            columns.iter().zip(places).map(|(column, &k)| (column, x[k]))
+        });
+        Self::sum(simd, terms, sums);
     }
 }
 
@@ -319,34 +348,6 @@ fn add_column<const G: usize, S: Lanes>(
 ) -> [Group; G] {
     let x = simd.splat_f64s(x);
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
-}
-
-impl<const G: usize> Block<'_, G> {
-    /// The same with some of the columns.
-    #[inline(always)]
-    fn multiply_some<S: Lanes>(
-        &self,
-        simd: S,
-        [z, u]: [&[f64]; 2],
-        [some_z, some_u]: &[Vec<usize>; 2],
-        sums: &mut [Group],
-    ) {
-        let Self { all: Rows { moving, damped, .. }, of_z, of_u } = *self;
-        let (mut even, mut odd) = ([ZEROS; G], [ZEROS; G]);
-        for (columns, places, some, x) in [(of_z, moving, some_z, z), (of_u, damped, some_u, u)] {
-            let (twos, one) = some.as_chunks::<2>();
-            for &[a, b] in twos {
-                even = add_column(simd, &columns[a], x[places[a]], even);
-                odd = add_column(simd, &columns[b], x[places[b]], odd);
-            }
-            if let [a] = *one {
-                even = add_column(simd, &columns[a], x[places[a]], even);
-            }
-        }
-        for (sum, (even, odd)) in sums.iter_mut().zip(even.into_iter().zip(odd)) {
-            *sum = simd.add_f64s(even, odd);
-        }
-    }
 }
 
 impl Multiply for Rows {
