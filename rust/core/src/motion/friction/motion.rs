@@ -40,6 +40,8 @@ const SETTLES: f64 = 0.5;
 /// Part of the time to relax after which a balance is tried again, and how much wider than the panel before one is tried.
 const RELAXES: f64 = 0.2;
 const WIDENS: f64 = 4.0;
+/// How much wider than that of series in time a panel has to be that costs several of their recurrences.
+const WORTH: f64 = 4.0;
 /// Panels on which such a balance is tried, each narrower than the one before.
 const NARROWINGS: usize = 8;
 const NARROWER: f64 = 0.25;
@@ -47,14 +49,6 @@ const NARROWER: f64 = 0.25;
 const UNRESOLVED: f64 = 8.0;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
-
-/// What became of the balances of slow slips on a panel.
-enum Balance {
-    Settles,
-    /// They settle away from the slips that the panel begins with, which come to them in about this time, s.
-    Relaxes(f64),
-    TooWide,
-}
 
 /// A contact that slides by its law, along the panel.
 #[derive(Debug, Default)]
@@ -165,9 +159,9 @@ pub(crate) struct LawMotion {
     pub(super) shortenings: usize,
     /// Those that slip in a plane.
     pub(super) planes: Vec<PlaneSeries>,
-    /// Width of the panel on which directions of slow slips followed last, s, and the time before which they have not relaxed.
+    /// Width of the panel on which directions of slow slips followed last, and the time before which this is not tried again, s.
     followed: f64,
-    relaxed_at: f64,
+    untried_until: f64,
     /// The one whose slip ends with the panel, and the one whose slip has ended.
     pub(super) stopping: Option<usize>,
     stopped: Option<usize>,
@@ -243,7 +237,7 @@ impl LawMotion {
         (self.next, self.ends, self.ended) = (None, None, None);
         (self.stopping, self.stopped, self.constant) = (None, None, CONSTANT);
         (self.share, self.left_out) = (1.0, 0.0);
-        (self.followed, self.relaxed_at) = (f64::INFINITY, 0.0);
+        (self.followed, self.untried_until) = (f64::INFINITY, 0.0);
         self.planes.resize_with(operator.planes.len(), PlaneSeries::default);
         for (place, (one, series)) in operator.planes.iter().zip(&mut self.planes).enumerate() {
             let reaction = one.coordinates.map(|row| {
@@ -414,66 +408,69 @@ impl LawMotion {
     /// Lets the directions of slow slips follow from the balance of forces, on a wider panel, where they have come to that: the widest
     /// one, in steps, on which the balance settles beside the other slips.
     fn follow_directions(&mut self, scene: &Scene, operator: &LawOperator) {
-        if self.stopping.is_some() {
+        let [start, width] = [self.taylor.start(), self.taylor.width];
+        if self.stopping.is_some() || start < self.untried_until {
             return;
         }
-        let width = self.taylor.width;
-        let stiff = operator.planes.iter().zip(&self.planes);
-        let parts: Vec<Option<f64>> =
-            stiff.map(|(one, series)| series.stiff_part(one, operator.taylor.width())).collect();
-        let Some(part) = parts.iter().flatten().copied().reduce(f64::min) else { return };
-        let mut wide = (part * operator.taylor.width()).min(WIDENS * self.followed);
-        if wide <= width || self.taylor.start() < self.relaxed_at {
-            return;
-        }
+        let full = operator.taylor.width();
+        let mut wide = full.min(WIDENS * self.followed);
+        let mut tried = None;
         for _ in 0..NARROWINGS {
-            self.taylor.begin_within(wide / self.taylor.width);
-            let all = self.planes.iter_mut().zip(&parts).filter(|one| one.1.is_some());
-            all.for_each(|(series, _)| series.let_follow(true));
-            match self.settle(scene, operator) {
-                Balance::Settles => {
-                    self.followed = wide;
-                    return;
-                }
-                Balance::Relaxes(time) => {
-                    self.relaxed_at = self.taylor.start() + RELAXES * time;
-                    break;
-                }
-                Balance::TooWide => {}
-            }
-            wide *= NARROWER;
-            if wide <= width {
+            let planes = operator.planes.iter().zip(&self.planes);
+            wide =
+                planes.fold(wide, |w, (one, series)| series.widest(one, [w, full], start).min(w));
+            if wide <= WORTH * width || !self.let_follow(operator, wide) {
                 break;
             }
+            tried = Some(wide);
+            self.taylor.begin_within(wide / self.taylor.width);
+            if self.settle(scene, operator) {
+                self.followed = wide;
+                return;
+            }
+            wide *= NARROWER;
         }
-        self.followed = f64::INFINITY;
-        self.planes.iter_mut().filter(|series| series.follows()).for_each(|series| {
-            series.let_follow(false);
-        });
-        self.taylor.begin_within(width / self.taylor.width);
-        self.recur_in_range(scene, operator);
+        if let Some(wide) = tried {
+            (self.followed, self.untried_until) = (f64::INFINITY, start + wide);
+            self.let_follow(operator, 0.0);
+            self.taylor.begin_within(width / self.taylor.width);
+            self.recur_in_range(scene, operator);
+        }
     }
 
-    /// Whether the balances of slow slips settle on the panel as wide as it is, near the slips that it begins with.
-    fn settle(&mut self, scene: &Scene, operator: &LawOperator) -> Balance {
+    /// Lets the directions follow that relax many times over a panel; whether any does.
+    fn let_follow(&mut self, operator: &LawOperator, width: f64) -> bool {
+        let start = self.taylor.start();
+        let planes = operator.planes.iter().zip(&mut self.planes);
+        let follows = planes.map(|(one, series)| series.let_follow(one, width, start));
+        follows.filter(|follows| *follows).count() > 0
+    }
+
+    /// Whether the balances of slow slips settle on the panel as wide as it is, near the slips that it begins with. Those that begin
+    /// elsewhere have to come to them first.
+    fn settle(&mut self, scene: &Scene, operator: &LawOperator) -> bool {
         let rounding = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
-        let width = self.taylor.width;
+        let (start, width) = (self.taylor.start(), self.taylor.width);
         let mut before = f64::INFINITY;
         for left in (0..BALANCES).rev() {
             self.recur(scene, operator);
             let following = operator.planes.iter().zip(&mut self.planes);
             let following = following.filter(|(_, series)| series.follows());
-            let (mut largest, mut relaxes) = (0.0f64, 0.0f64);
+            let mut largest = 0.0f64;
+            let mut away = Vec::new();
             for (one, series) in following {
                 let [change, apart] = series.improve(one, width);
                 largest = worse(largest, change / series.limit[0]);
                 let off = apart / (rounding * one.slip_norm);
                 if !(off <= 1.0) {
-                    relaxes = relaxes.max(off.ln() / series.relaxation(one));
+                    let time = RELAXES * off.ln() / series.relaxation(one);
+                    away.push((series, start + time));
                 }
             }
             if largest <= UNRESOLVED * UNIT {
-                return if relaxes > 0.0 { Balance::Relaxes(relaxes) } else { Balance::Settles };
+                let settles = away.is_empty();
+                away.into_iter().for_each(|(series, time)| series.relaxed_at = time);
+                return settles;
             }
             let gain = largest / before;
             if !(gain < SETTLES && largest * gain.powi(left as i32) <= UNRESOLVED * UNIT) {
@@ -481,7 +478,7 @@ impl LawMotion {
             }
             before = largest;
         }
-        Balance::TooWide
+        false
     }
 
     /// Makes the panel the last one of a slip in a plane that ends within it.

@@ -41,8 +41,9 @@ pub(super) const CONSTANT: f64 = 1e-8;
 /// The same where masses differ, and the time is a bound, and for neighbours of a motion, of which the first order counts.
 pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
 /// Times that the direction of slip relaxes over a panel from which on it follows from a balance, and the part of what is left of a
-/// slip that such a panel has at most.
+/// slip that such a panel has at most; and times that it relaxes over a panel that a series in time follows.
 const STIFF: f64 = 40.0;
+const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
@@ -91,6 +92,8 @@ pub(super) struct PlaneSeries {
     /// The time that is left of a slip whose forces are constant, s; infinite of one that they do not end.
     left: f64,
     course: Course,
+    /// The time in the phase before which it has not come to the balance from which its direction follows, s.
+    pub relaxed_at: f64,
     /// e_0
     direction: [f64; 2],
     /// w of order k in the frame of e_0.
@@ -127,6 +130,7 @@ impl Default for PlaneSeries {
             beyond: 0.0,
             course: Course::default(),
             left: f64::INFINITY,
+            relaxed_at: 0.0,
             direction: [1.0, 0.0],
             slip: [none; 2],
             ratio: none,
@@ -273,6 +277,7 @@ impl PlaneSeries {
             [sum + term, size + term.abs()]
         };
         self.at_origin = position.iter().fold([*constant, constant.abs()], add);
+        self.relaxed_at = 0.0;
         let w = one.slip_at(u);
         if w != [0.0; 2] {
             self.course = Course::Slips;
@@ -457,11 +462,16 @@ impl PlaneSeries {
         self.ratio[k] = (self.across[k] - known) / self.along[0];
     }
 
-    /// Whether the direction of slip relaxes many times over a panel that is as wide as it may be: the part of the width.
-    pub(super) fn stiff_part(&self, one: &PlaneContact, width: f64) -> Option<f64> {
-        let part = (REMAINS * self.left / width).min(1.0);
-        let stiff = self.course == Course::Slips && self.relaxation(one) * part * width > STIFF;
-        stiff.then(|| part.log2().floor().exp2())
+    /// The widest panel up to a width, a power of two of the `full` one, on which directions may follow: on which little of this slip
+    /// ends; of one that has not come to its balance, on which it relaxes no more than a series can follow.
+    pub(super) fn widest(&self, one: &PlaneContact, [width, full]: [f64; 2], start: f64) -> f64 {
+        let wide = ((REMAINS * self.left).min(width) / full).log2().floor().exp2() * full;
+        match self.course {
+            Course::Begins(_) | Course::Ends(_) => width,
+            _ if self.relaxation(one) * wide <= STIFF => width,
+            _ if start < self.relaxed_at => FOLLOWED / self.relaxation(one),
+            _ => wide,
+        }
     }
 
     /// The rate at which the direction of slip relaxes, at least, 1/s.
@@ -469,10 +479,14 @@ impl PlaneSeries {
         self.limit[0] / (one.mass[0].max(one.mass[1]) * self.slip[0][0])
     }
 
-    /// Lets the direction follow from the balance of forces, or not.
-    pub(super) fn let_follow(&mut self, follows: bool) {
-        self.course = if follows { Course::Follows } else { Course::Slips };
-        self.pull = [0.0; COEFFICIENTS];
+    /// Lets the direction follow from the balance of forces on a panel over which it relaxes many times; whether it does.
+    pub(super) fn let_follow(&mut self, one: &PlaneContact, width: f64, start: f64) -> bool {
+        if matches!(self.course, Course::Slips | Course::Follows) {
+            let stiff = self.relaxation(one) * width > STIFF && start >= self.relaxed_at;
+            self.course = if stiff { Course::Follows } else { Course::Slips };
+            self.pull = [0.0; COEFFICIENTS];
+        }
+        self.follows()
     }
 
     /// Takes the rest of the force across e_0 from `w = a (1, t)`; its change, and how far w begins from there.
