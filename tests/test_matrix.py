@@ -272,7 +272,7 @@ RECURRING = (
         "harmonic load",
         "vibrating slider",
     ),
-    *("two subsystems", "cubic spring", "elastic stop", "plane that opens"),
+    *("two subsystems", "cubic spring", "elastic stop", "plane that opens", "compliant by Hertz"),
 )
 #: Views, kinds, and what the refusal says of them.
 REFUSALS = [
@@ -290,7 +290,7 @@ REFUSALS = [
         ("mode power", "modal energy"),
         (
             *("massless", "compliant", "compliant both ways", "rate and state on a spring"),
-            *("compliant by a law", "springs beside a Jenkins element"),
+            *("compliant by a law", "compliant by Hertz", "springs beside a Jenkins element"),
         ),
         "scene: energies of modes and harmonics need mass on every dof|modal_energy: friction depends on",
     ),

@@ -19,7 +19,7 @@ LAWS = [
 ]
 
 
-def random_scene(seed):
+def random_scene(seed, law=None):
     """Return a scene of three masses on one contact, a start, and the same for DOP853."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3, 3))
@@ -31,7 +31,7 @@ def random_scene(seed):
     }
     normal = np.array([0.0, 1.0, rng.choice([0.0, 0.3])])
     gap, friction, speed = rng.uniform(-0.1, 0.05), rng.uniform(0.1, 0.9), rng.uniform(-0.6, 0.6)
-    static, law = friction * rng.choice([1.0, 1.3]), LAWS[seed % len(LAWS)]
+    static, law = friction * rng.choice([1.0, 1.3]), law or LAWS[seed % len(LAWS)]
     contact = ss.Contact(
         tangential=0,
         normal=normal,
@@ -47,10 +47,18 @@ def random_scene(seed):
     return ss.Scene(**given, contacts=[contact]), ss.State(x, u, status), peer
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_motions_are_those_of_dop853(seed):
+def hertz(seed):
+    """Return a law of Hertz, of another exponent in every third scene."""
+    return ss.spring.Hertz(60.0 * 1.5 ** (seed % 7), 1.5 if seed % 3 else 1.2 + 0.1 * seed)
+
+
+@pytest.mark.parametrize(
+    ("seed", "law"),
+    [*((seed, None) for seed in range(8)), *((seed, hertz(seed)) for seed in range(20, 32))],
+)
+def test_motions_are_those_of_dop853(seed, law):
     """Slip, stick, lift-off and closing: every event by kind and time, and the state at the end."""
-    scene, start, peer = random_scene(seed)
+    scene, start, peer = random_scene(seed, law)
     run = ss.simulate(scene, 8.0, start)
     events, end = peer.run([*start.position, *start.velocity], start.combination, 8.0)
     assert list(run.events.kind) == [kind for _, kind in events]
@@ -92,6 +100,61 @@ def test_a_bounce_on_a_cubic_spring_lasts_as_long_as_its_integral():
     assert half.normal_force.item() == pytest.approx(float(soft * deepest + hard * deepest**3), rel=1e-13)
     # The law has no mass: it gives all energy back.
     assert run.state(2.0).velocity[0] == pytest.approx(-speed, rel=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [1.1, 1.5, 2.0, 2.7])
+@pytest.mark.parametrize(
+    ("stiffness", "mass", "speed"), [(1e9, 1.0, 1.0), (1.0, 2.0, 0.3), (1e6, 1e-3, 20.0)]
+)
+def test_an_impact_on_a_round_body_lasts_as_long_as_hertz_has_it(exponent, stiffness, mass, speed):
+    """m x'' = -K x^p: d^(p+1) = (p+1) m v^2 / (2 K), and with u = d s, T = 2 d/v int ds / sqrt(1 - s^(p+1)).
+
+    The integral is B(1/(p+1), 1/2) / (p+1).
+    """
+    import mpmath
+
+    p = mpmath.mpf(exponent)
+    deepest = ((p + 1) * mass * mpmath.mpf(speed) ** 2 / (2 * stiffness)) ** (1 / (p + 1))
+    lasts = 2 * deepest / speed * mpmath.beta(1 / (p + 1), mpmath.mpf(1) / 2) / (p + 1)
+    stop = ss.Contact(normal=[-1.0], normal_stiffness=ss.spring.Hertz(stiffness, exponent))
+    scene = ss.Scene([mass], [[0.0]], contacts=[stop])
+    run = ss.simulate(scene, 3.0 * float(lasts), ss.State([0.0], [speed], "+"))
+    assert list(run.events.kind) == ["release"]
+    # Rounding, and what the line below 1e-9 N makes of the energy.
+    line = (1e-9 / stiffness) ** (1.0 / exponent)
+    near = 1e-13 + 0.5 * (exponent - 1.0) * (line / float(deepest)) ** (exponent + 1.0)
+    assert run.events.time[0] == pytest.approx(float(lasts), rel=near)
+    half = run.sample([0.5 * float(lasts)])
+    assert half.position.item() == pytest.approx(float(deepest), rel=near)
+    assert half.normal_force.item() == pytest.approx(float(stiffness * deepest**p), rel=near)
+    assert run.state(run.duration).velocity[0] == pytest.approx(-speed, rel=1e-13)
+    assert abs(run.balance().residual) < 1e-13 * 0.5 * mass * speed**2
+
+
+def test_the_line_below_a_small_force_changes_an_impact_as_stated():
+    """The energy of the largest penetration d is off by its part (p - 1)/2 (delta/d)^(p + 1)."""
+    stiffness, force = 1e9, 100.0
+    delta = (force / stiffness) ** (2.0 / 3.0)
+    stop = ss.Contact(normal=[-1.0], normal_stiffness=ss.spring.Hertz(stiffness, straight_below=force))
+    run = ss.simulate(ss.Scene([1.0], [[0.0]], contacts=[stop]), 1e-3, ss.State([0.0], [1.0], "+"))
+    deepest = run.sample([0.5 * run.events.time[0]]).position.item()
+    exact = (5.0 / (4.0 * stiffness)) ** 0.4
+    part = 1.0 - 0.25 * (delta / exact) ** 2.5
+    assert (deepest / exact) ** 2.5 == pytest.approx(part, rel=1e-9)
+    assert 1e-4 < 1.0 - part < 1e-3
+
+
+@pytest.mark.parametrize("far", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize("stiffness", [1e6, 1e9, 1e12])
+def test_an_impact_after_a_flight_lasts_as_long_up_to_the_rounding_of_the_places(far, stiffness):
+    """Places are rounded by 1e-16 of the flight; a release is as sure as some thousand of these."""
+    lasts = 2.9432751843247046574 * (5.0 / (4.0 * stiffness)) ** 0.4
+    stop = ss.Contact(normal=[-1.0], gap=far, normal_stiffness=ss.spring.Hertz(stiffness))
+    run = ss.simulate(ss.Scene([1.0], [[0.0]], contacts=[stop]), far + 0.1, ss.State([0.0], [1.0], "d"))
+    assert list(run.events.kind) == ["closing", "release"]
+    closing, release = run.events.time
+    assert release - closing == pytest.approx(lasts, rel=1e-13, abs=1e-12 * far)
+    assert run.state(run.duration).velocity[0] == pytest.approx(-1.0, rel=1e-14)
 
 
 def pressed(law, **changes):

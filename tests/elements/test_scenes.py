@@ -9,6 +9,7 @@ from meshed import block
 LAWS = [
     ss.spring.Polynomial(10.0, -2.0, 300.0),
     ss.spring.Gap(50.0, -0.1),
+    ss.spring.Hertz(40.0, 1.4),
     ss.spring.Tabulated([-0.2, 0.1, 0.4], [-3.0, 1.0, 9.0]),
     ss.spring.Law(lambda u, most=4.0, scale=0.1: most * np.tanh(u / scale)),
 ]
@@ -32,10 +33,14 @@ def test_a_law_has_its_force_and_comes_back_from_its_table(law):
 
 
 def test_forces_of_laws():
-    polynomial, gap, table, law = LAWS
+    polynomial, gap, hertz, table, law = LAWS
     assert polynomial.force(0.5) == 10.0 * 0.5 - 2.0 * 0.25 + 300.0 * 0.125
     assert gap.force(-0.2) == 0.0
     assert gap.force(0.1) == pytest.approx(10.0)
+    assert hertz.force(0.5) == 40.0 * 0.5**1.4
+    border = (1e-9 / 40.0) ** (1.0 / 1.4)
+    assert hertz.force(0.5 * border) == pytest.approx(0.5e-9, rel=1e-12)
+    assert hertz.force(-0.1) == 0.0
     np.testing.assert_allclose([table.force(u) for u in (-0.2, 0.1, 0.4)], [-3.0, 1.0, 9.0])
     # Straight on beyond the ends.
     for start, step in ((-0.2, -0.1), (0.4, 0.1)):

@@ -111,6 +111,7 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "compliant by a law": lambda: _scene(
         _belt(static_friction=0.8, normal_stiffness=ss.spring.Polynomial(200.0, 0.0, 4e4))
     ),
+    "compliant by Hertz": lambda: _scene(_belt(static_friction=0.8, normal_stiffness=ss.spring.Hertz(900.0))),
     "springs beside a Jenkins element": lambda: _scene(
         _belt(normal=None, normal_force=5.0, tangential_stiffness=400.0),
         elements=[
@@ -203,6 +204,7 @@ PARAMETERS = {
     "stop": ("gap", 0.05, 0.1),
     "cubic spring": ("mount_k3", 1e3, 1e4),
     "compliant by a law": ("normal_stiffness_k3", 1e4, 1e5),
+    "compliant by Hertz": ("normal_stiffness_stiffness", 900.0, 2000.0),
     "elastic stop": ("friction_kinetic", 0.2, 0.6),
 }
 

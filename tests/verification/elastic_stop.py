@@ -37,6 +37,9 @@ def quantities():
     ]
 
 
+#: Mass, kg, stiffness, N/m^1.5, and speed, m/s, of an impact on a round body.
+HERTZ = (1.0, 1e9, 1.0)
+
 #: Mass, kg, spring and stop, N/m, and clearance, m, of a nonlinear mode, and its frequency by energy, J.
 MODE = (1.0, 10.0, 50.0, 0.01)
 FREQUENCIES = {
@@ -112,6 +115,42 @@ def fallen():
     ]
 
 
+def hertzian():
+    """Compare the impact on a round body with Hertz's integral."""
+    mass, stiffness, speed = map(decimal, HERTZ)
+    deepest = (5 * mass * speed**2 / (4 * stiffness)) ** (mp.mpf(2) / 5)
+    gammas = mp.gamma(mp.mpf(2) / 5) / mp.gamma(mp.mpf(9) / 10)
+    lasts = mp.mpf(4) / 5 * mp.sqrt(mp.pi) * gammas * deepest / speed
+    contact = ss.Contact(normal=[-1.0], normal_stiffness=ss.spring.Hertz(HERTZ[1]))
+    scene = ss.Scene([HERTZ[0]], [[0.0]], contacts=[contact])
+    run = ss.simulate(scene, 1e-3, ss.State([0.0], [HERTZ[2]], "+"))
+    middle = run.sample([0.5 * float(lasts)])
+    return [
+        Quantity(
+            name="largest penetration",
+            unit="m",
+            expected=deepest,
+            computed=middle.position.item(),
+            reference="2.7464013582652944e-4",
+        ),
+        Quantity(
+            name="largest force",
+            unit="N",
+            expected=stiffness * deepest ** (mp.mpf(3) / 2),
+            computed=middle.normal_force.item(),
+            reference="4551.4105075652007",
+        ),
+        Quantity(
+            name="contact",
+            unit="s",
+            expected=lasts,
+            computed=run.events.time[0],
+            reference="8.0834149639779036e-4",
+        ),
+        Quantity(name="speed after it", unit="m/s", expected=-speed, computed=run.state(1e-3).velocity[0]),
+    ]
+
+
 CASES = [
     Case(
         title="Oscillator on an elastic stop",
@@ -150,5 +189,19 @@ CASES = [
         ),
         tolerance="Closed form: 1e-12.",
         quantities=fallen,
+    ),
+    Case(
+        title="Impact of a mass on a round body",
+        source=(
+            "H. Hertz, *J. reine angew. Math.* 92 (1882) 156; K. L. Johnson, *Contact Mechanics*, 1985, "
+            "section 11.4."
+        ),
+        model=(
+            "`m x'' = -K x^(3/2)` with m = 1 kg, K = 1e9 N/m^(3/2), from x = 0 with v = 1 m/s. The largest "
+            "penetration is `d = (5 m v^2 / (4 K))^(2/5)`, contact lasts `(4/5) sqrt(pi) Gamma(2/5) / "
+            "Gamma(9/10) d / v`, and the mass leaves with -v."
+        ),
+        tolerance="Closed form: 1e-12.",
+        quantities=hertzian,
     ),
 ]

@@ -21,7 +21,7 @@ from stickslip.scene.laws.expression import Variable, parsed
 from stickslip.scene.laws.law import FormulaLaw, LawData, OneVariableLaw, law_among
 from stickslip.scene.laws.operations import operations
 
-__all__ = ["Gap", "Law", "Polynomial", "Tabulated"]
+__all__ = ["Gap", "Hertz", "Law", "Polynomial", "Tabulated"]
 
 
 def __dir__() -> list[str]:
@@ -134,6 +134,60 @@ class Gap(SpringLaw):
 
 
 @dataclass(frozen=True)
+class Hertz(SpringLaw):
+    """``phi(u) = stiffness u^exponent`` for a penetration u > 0, and no force for u < 0.
+
+    The contact of two round bodies (H. Hertz 1882; K. L. Johnson, Contact Mechanics, 1985, section 4.2) has
+    the exponent 3/2 and, of radii R1 and R2, moduli E1 and E2 and Poisson's ratios n1 and n2, the stiffness
+    ``4/3 E sqrt(R)`` with ``1/R = 1/R1 + 1/R2`` and ``1/E = (1 - n1^2)/E1 + (1 - n2^2)/E2``. A mass m that
+    meets it with the speed v penetrates by ``u = (5 m v^2/(4 stiffness))^(2/5)`` and is in contact for
+    ``(4/5) sqrt(pi) Gamma(2/5)/Gamma(9/10) u/v``, about ``2.943 u/v``.
+
+    u^(3/2) has no Taylor series at u = 0. Up to the penetration delta of a small force `straight_below`, the
+    straight line through zero takes its place. There the force is off by less than `straight_below`; beyond,
+    the law is exact, and the energy of a penetration u is off by the part
+    ``(exponent - 1)/2 (delta/u)^(exponent + 1)`` of it: 2.5e-16 for a force of 1 N.
+
+    Parameters
+    ----------
+    stiffness
+        N/m^exponent, positive.
+    exponent
+        Greater than 1.
+    straight_below
+        N, positive; about 1e-9 of the forces that matter. Where delta comes to the rounding of places, some
+        1e-13 of them, instants of release are as uncertain as these.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    straight_below: float = 1e-9
+    law: ClassVar[str] = "hertz"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, least in (("stiffness", 0.0), ("exponent", 1.0), ("straight_below", 0.0)):
+            if not (value := getattr(self, name)) > least:
+                raise InputError(f"law: {name}: must be > {least:g}, got {value}")
+
+    def data(self) -> LawData:
+        """Return stiffness, exponent and the force below which the law is a line."""
+        return self.law, [self.stiffness, self.exponent, self.straight_below], [], []
+
+    def force(self, u: float) -> float:
+        """Return phi, N, at a stretch, m, or of a damper at a rate, m/s."""
+        border = (self.straight_below / self.stiffness) ** (1.0 / self.exponent)
+        if u < border:
+            return float(self.straight_below / border * max(u, 0.0))
+        return float(self.stiffness * u**self.exponent)
+
+
+@dataclass(frozen=True)
 class Tabulated(SpringLaw):
     """Measured forces by monotone cubics (Fritsch and Carlson 1980), straight on beyond both ends.
 
@@ -237,7 +291,7 @@ class Law(FormulaLaw, SpringLaw):
         return float(self._value(u))
 
 
-LAWS: dict[str, type[SpringLaw]] = {kind.law: kind for kind in (Polynomial, Gap, Tabulated, Law)}
+LAWS: dict[str, type[SpringLaw]] = {kind.law: kind for kind in (Polynomial, Gap, Hertz, Tabulated, Law)}
 
 
 def law_of(table: Mapping[str, Any]) -> SpringLaw:

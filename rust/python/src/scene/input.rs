@@ -201,6 +201,9 @@ fn law(
         (_, &[at_rest, slope]) if kind == "linear" => {
             core::scene::FrictionLaw::Linear { at_rest, slope }
         }
+        (_, &[stiffness, exponent, straight_below]) if kind == "hertz" => {
+            core::scene::FrictionLaw::power(stiffness, exponent, straight_below)?
+        }
         (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
             speeds: speeds.to_vec(),
             pieces: pieces.clone(),

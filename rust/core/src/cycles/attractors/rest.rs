@@ -438,10 +438,7 @@ impl<'a> Laws<'a> {
 impl Law<'_> {
     /// Whether the law of an element has one curvature everywhere between two arguments.
     fn is_smooth(&self, from: f64, to: f64) -> bool {
-        match self.law {
-            FrictionLaw::Tabulated(table) => table.piece(from) == table.piece(to),
-            _ => true,
-        }
+        self.law.piece(from) == self.law.piece(to)
     }
 
     /// A bound of the deviation of the slip speed, from that of the modes and from that of the normal force.

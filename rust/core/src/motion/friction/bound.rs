@@ -101,6 +101,10 @@ impl Kernel for Bound<'_> {
         let radius = slips.fold(part(TUBE), |radius, (one, sliding)| match one.law {
             FrictionLaw::Tabulated(_) => radius.min(part(TUBE_OF_TABLES)),
             _ => {
+                let radius = match one.law {
+                    FrictionLaw::Pieces(_) => radius.min(part(TUBE_OF_TABLES)),
+                    _ => radius,
+                };
                 let of_slip = sliding.series.reach(&one.law) / one.slip_norm;
                 let of_state = one
                     .state

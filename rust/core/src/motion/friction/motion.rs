@@ -21,7 +21,6 @@ use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::motion::taylor::rows::Rows;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::{Kernel, Lanes, VectorUnit};
-use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// Largest L of a panel; rounding then grows by (e^L - 1) / L, about 70.
@@ -261,9 +260,7 @@ impl LawMotion {
             let speed = -one.sign * one.slip.value(q, u);
             // Where slip has no mass, rounding of its start is left out.
             let speed = if one.flow.is_some() { speed.max(0.0) } else { speed };
-            if let FrictionLaw::Tabulated(table) = &one.law {
-                sliding.series.piece = table.piece(speed);
-            }
+            sliding.series.piece = one.law.piece(speed);
             if !one.has_sign() && one.state.is_none() && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }

@@ -5,6 +5,7 @@ use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, size};
 use crate::motion::friction::series::law_contact::LawContact;
+use crate::motion::friction::series::law_series::borders;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
@@ -17,6 +18,9 @@ const AT_BORDER_OF_FLOW: f64 = 1e-12;
 
 /// How far below a slip speed a law is looked at to tell a zero of its own there from the rounding of one at rest.
 const BELOW: f64 = 1e-3;
+
+/// The same at most, relative to the border, where pieces are formulas: the next border is at zero, where one has no series.
+const NEAR: f64 = 0.25;
 
 /// Speeds over which a law changes, relative to the motion, below which a panel without a bound lacks it for them.
 const NARROW: f64 = 1e-9;
@@ -105,9 +109,11 @@ impl LawMotion {
     pub(super) fn change_pieces(&mut self, operator: &LawOperator) -> bool {
         let mut changed = false;
         for (one, Sliding { series, .. }) in operator.contacts.iter().zip(&mut self.contacts) {
-            let FrictionLaw::Tabulated(table) = &one.law else { continue };
+            if one.law.knots().is_empty() {
+                continue;
+            }
             let scale = self.taylor.scale(&operator.taylor);
-            let mut borders = borders(&table.speeds, series.piece);
+            let mut borders = borders(one.law.knots(), series.piece);
             let left = borders.find(|&(border, beyond)| {
                 let distance =
                     distance(&series.slip, border, beyond > series.piece, at(one, border, scale));
@@ -146,15 +152,13 @@ impl LawMotion {
                 first = at;
                 (self.next, self.ends) = (None, Some((place, LawEnd::Level)));
             }
-            match &one.law {
-                FrictionLaw::Tabulated(table) => {
-                    for (border, beyond) in borders(&table.speeds, series.piece) {
-                        if let Some(at) = root(border, beyond > series.piece, first) {
-                            first = at;
-                            (self.next, self.ends) = (Some((place, beyond)), None);
-                        }
-                    }
+            for (border, beyond) in borders(one.law.knots(), series.piece) {
+                if let Some(at) = root(border, beyond > series.piece, first) {
+                    first = at;
+                    (self.next, self.ends) = (Some((place, beyond)), None);
                 }
+            }
+            match &one.law {
                 _ if one.is_element() || one.state.is_some() => {}
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
@@ -207,7 +211,13 @@ fn slip_at(slip: &[f64; COEFFICIENTS], at: f64) -> f64 {
 fn at(one: &LawContact, border: f64, scale: f64) -> f64 {
     match one.flow {
         Some(_) => AT_BORDER_OF_FLOW * border,
-        None => AT_BORDER * UNIT * (border.abs() + scale * one.slip_norm),
+        None => {
+            let rounding = AT_BORDER * UNIT * (border.abs() + scale * one.slip_norm);
+            match one.law {
+                FrictionLaw::Pieces(_) if border != 0.0 => rounding.min(NEAR * border.abs()),
+                _ => rounding,
+            }
+        }
     }
 }
 
@@ -223,11 +233,4 @@ fn distance(slip: &[f64; COEFFICIENTS], border: f64, above: bool, at: f64) -> Op
     p.copy_within(order.., 0);
     p[ROW - order..].fill(0.0);
     Some(p)
-}
-
-/// The borders of a piece of a table, each with the piece beyond it; rest is none, and the last piece has no end.
-fn borders(speeds: &[f64], piece: usize) -> impl Iterator<Item = (f64, usize)> {
-    let below = (piece > 0).then(|| (speeds[piece], piece - 1));
-    let above = speeds.get(piece + 1).map(|&speed| (speed, piece + 1));
-    below.into_iter().chain(above)
 }

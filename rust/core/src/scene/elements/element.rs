@@ -124,16 +124,14 @@ impl Element {
         self.preload() * change + self.work(first, last)
     }
 
-    /// `int psi` from one stretch to another; pieces of a table one by one.
+    /// `int psi` from one stretch to another, piece by piece.
     fn work(&self, from: f64, to: f64) -> f64 {
         let mut ends = vec![from, to];
-        if let FrictionLaw::Tabulated(table) = &self.excess {
-            let (low, high) = (from.min(to), from.max(to));
-            ends.extend(table.speeds.iter().filter(|&&knot| low < knot && knot < high));
-            ends.sort_by(f64::total_cmp);
-            if to < from {
-                ends.reverse();
-            }
+        let (low, high) = (from.min(to), from.max(to));
+        ends.extend(self.excess.knots().iter().filter(|&&knot| low < knot && knot < high));
+        ends.sort_by(f64::total_cmp);
+        if to < from {
+            ends.reverse();
         }
         ends.windows(2).map(|pair| self.smooth_work(pair[0], pair[1], HALVINGS)).sum()
     }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::elements::element::{Element, ElementInput, ElementKind, ElementPlace};
-use crate::scene::friction::law::{FrictionLaw, Table};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::model::Scene;
@@ -177,17 +177,8 @@ impl Scene {
             let reason = "is not computed where the dofs of the contact have no mass";
             return Err(Error::ContactLaw { contact, reason });
         }
-        // No piece of a table ends where the contact opens.
-        let law = match law {
-            FrictionLaw::Tabulated(table) => {
-                let first = table.piece(0.0);
-                FrictionLaw::Tabulated(Arc::new(Table {
-                    speeds: table.speeds[first..].to_vec(),
-                    pieces: table.pieces[first..].to_vec(),
-                }))
-            }
-            law => law.clone(),
-        };
+        // No piece ends where the contact opens.
+        let law = law.beyond_zero();
         Ok(Element {
             kind: ElementKind::Spring,
             direction,

@@ -1,4 +1,4 @@
-//! Laws of friction: the coefficient mu over the slip speed |s|, and its Taylor series along a motion.
+//! Laws of friction: the coefficient mu over the slip speed |s|; and laws of springs: the force over the stretch.
 
 use std::sync::Arc;
 
@@ -35,6 +35,17 @@ pub enum FrictionLaw {
     Tabulated(Arc<Table>),
     /// Elementary operations; see [`FrictionLaw::formula`].
     Formula(Arc<Formula>),
+    /// Of springs alone; see [`FrictionLaw::power`].
+    Pieces(Arc<Pieces>),
+}
+
+/// Laws that hold one from each knot to the next and have the same value there, 0 at 0; none of them is a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pieces {
+    /// Ascending; the first law holds before its knot as well.
+    pub knots: Vec<f64>,
+    /// One from each knot on.
+    pub laws: Vec<FrictionLaw>,
 }
 
 /// `mu = c_0 + c_1 d + c_2 d^2 + c_3 d^3` with `d = |s| - speeds[i]` between two speeds.
@@ -140,7 +151,23 @@ impl Table {
 
     /// The piece that holds at a speed; at the border of two the one above it.
     pub fn piece(&self, speed: f64) -> usize {
-        self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
+        piece_at(&self.speeds, speed)
+    }
+}
+
+fn piece_at(knots: &[f64], at: f64) -> usize {
+    knots.partition_point(|&knot| knot <= at).max(1) - 1
+}
+
+impl Pieces {
+    /// The parts of a range, each with the law that holds there.
+    fn within(&self, from: f64, to: f64) -> impl Iterator<Item = (&FrictionLaw, [f64; 2])> {
+        let range = piece_at(&self.knots, from)..=piece_at(&self.knots, to);
+        range.map(move |place| {
+            let low = if place == 0 { from } else { self.knots[place].max(from) };
+            let high = self.knots.get(place + 1).map_or(to, |&next| next.min(to));
+            (&self.laws[place], [low, high])
+        })
     }
 }
 
@@ -154,6 +181,79 @@ impl FrictionLaw {
             Some([at_rest, slope]) => Self::Linear { at_rest, slope },
             None => Self::Formula(Arc::new(formula)),
         })
+    }
+
+    /// `K u^p` of a stretch `u > 0`, 0 below, with K > 0 and p > 1. It has no Taylor series at `u = 0`. Up to the stretch delta
+    /// of a small force `K delta^p`, a straight line takes its place, so that the force is off by less than this one and
+    /// the energy of every larger stretch u by a part `|p - 1| / 2 (delta / u)^(p + 1)`.
+    pub fn power(stiffness: f64, exponent: f64, straight_below: f64) -> Result<Self, Error> {
+        let checks = vec![
+            ("stiffness", stiffness, "> 0", stiffness > 0.0),
+            ("exponent", exponent, "> 1", exponent > 1.0),
+            ("straight_below", straight_below, "> 0", straight_below > 0.0),
+        ];
+        refused(checks, |name| format!("law: {name}"))?;
+        let border = (straight_below / stiffness).powf(exponent.recip());
+        let slope = straight_below / border;
+        let all = [stiffness, exponent, border, slope];
+        if !all.iter().all(|x| x.is_normal()) {
+            let argument = "law: straight_below".to_owned();
+            let requirement = "such that the stretch of this force is within the range of numbers";
+            return Err(Error::Range { argument, requirement, value: straight_below });
+        }
+        let step = |name: &str, of: [usize; 2], number| (name.to_owned(), of[0], of[1], number);
+        let operations = [
+            step("power", [0, 0], exponent),
+            step("constant", [0, 0], stiffness),
+            step("multiply", [1, 2], 0.0),
+        ];
+        let line = |slope: f64| Self::Linear { at_rest: 0.0, slope };
+        Ok(Self::Pieces(Arc::new(Pieces {
+            knots: vec![-border, 0.0, border],
+            laws: vec![line(0.0), line(slope), Self::formula(&operations)?],
+        })))
+    }
+
+    /// Where its pieces begin; empty where one formula holds everywhere.
+    pub(crate) fn knots(&self) -> &[f64] {
+        match self {
+            Self::Tabulated(table) => &table.speeds,
+            Self::Pieces(pieces) => &pieces.knots,
+            _ => &[],
+        }
+    }
+
+    /// The piece that holds at an argument; at the border of two the one above it.
+    pub(crate) fn piece(&self, at: f64) -> usize {
+        piece_at(self.knots(), at)
+    }
+
+    /// The law that holds on a piece; a table is one law.
+    pub(crate) fn on(&self, piece: usize) -> &Self {
+        match self {
+            Self::Pieces(pieces) => &pieces.laws[piece],
+            law => law,
+        }
+    }
+
+    fn at(&self, argument: f64) -> &Self {
+        self.on(self.piece(argument))
+    }
+
+    /// The same from an argument of zero on, without the pieces that end before.
+    pub(crate) fn beyond_zero(&self) -> Self {
+        let first = self.piece(0.0);
+        match self {
+            Self::Tabulated(table) => Self::Tabulated(Arc::new(Table {
+                speeds: table.speeds[first..].to_vec(),
+                pieces: table.pieces[first..].to_vec(),
+            })),
+            Self::Pieces(pieces) => Self::Pieces(Arc::new(Pieces {
+                knots: pieces.knots[first..].to_vec(),
+                laws: pieces.laws[first..].to_vec(),
+            })),
+            law => law.clone(),
+        }
     }
 
     /// The same function less a straight line, from its value and slope at zero.
@@ -172,6 +272,10 @@ impl FrictionLaw {
             Self::Linear { at_rest, slope: own } => {
                 Self::Linear { at_rest: at_rest - value, slope: own - slope }
             }
+            Self::Pieces(pieces) => Self::Pieces(Arc::new(Pieces {
+                knots: pieces.knots.clone(),
+                laws: pieces.laws.iter().map(|law| law.less_line([value, slope])).collect(),
+            })),
             Self::Decaying { .. } => self.clone(),
         }
     }
@@ -198,6 +302,9 @@ impl FrictionLaw {
                 checks.extend(values.map(|value| ("values", value, ">= 0", value >= 0.0)));
                 checks.extend(table.checks());
                 checks
+            }
+            Self::Pieces(pieces) => {
+                vec![("pieces", pieces.knots[0], "those of a law of springs", false)]
             }
             Self::Formula(formula) => {
                 let Jet { value, first, second } = formula.jet(0.0);
@@ -243,6 +350,7 @@ impl FrictionLaw {
                 a + x * (b + x * (c + x * d))
             }
             Self::Formula(formula) => formula.jet(speed).value,
+            Self::Pieces(_) => self.at(speed).value(speed),
         }
     }
 
@@ -253,7 +361,7 @@ impl FrictionLaw {
             Self::Decaying { at_rest, kinetic, viscous, .. } => {
                 (at_rest == kinetic).then_some(*viscous)
             }
-            Self::Tabulated(_) | Self::Formula(_) => None,
+            Self::Tabulated(_) | Self::Formula(_) | Self::Pieces(_) => None,
         }
     }
 
@@ -265,6 +373,7 @@ impl FrictionLaw {
             Self::Decaying { .. } => self.slope(0.0) < 0.0,
             Self::Tabulated(table) => table.pieces.windows(2).any(|pair| pair[1][0] < pair[0][0]),
             Self::Formula(formula) => formula.falls(),
+            Self::Pieces(pieces) => pieces.laws.iter().any(Self::falls),
         }
     }
 
@@ -278,6 +387,7 @@ impl FrictionLaw {
             Self::Decaying { speed, decay, .. } => speed * decay.level(),
             Self::Tabulated(table) => table.rises_until()?,
             Self::Formula(formula) => formula.rises_until()?,
+            Self::Pieces(_) => return None,
         };
         (self.slope(0.0) > 0.0).then_some(end)
     }
@@ -293,7 +403,7 @@ impl FrictionLaw {
                 [_, b, c, d] if table.piece(speed) == 0 => speed * (b + speed * (c + speed * d)),
                 [at_rest, ..] => self.value(speed) - at_rest,
             },
-            Self::Formula(_) => self.value(speed) - self.value(0.0),
+            Self::Formula(_) | Self::Pieces(_) => self.value(speed) - self.value(0.0),
         }
     }
 
@@ -343,6 +453,11 @@ impl FrictionLaw {
                 let Jet { first, second, .. } = formula.between(speed, to);
                 [first.largest(), second.largest()]
             }
+            Self::Pieces(pieces) => {
+                let parts =
+                    pieces.within(speed, to).map(|(law, [low, high])| law.steepness(low, high));
+                parts.fold([0.0; 2], |[a, b], [slope, curvature]| [a.max(slope), b.max(curvature)])
+            }
         }
     }
 
@@ -361,6 +476,7 @@ impl FrictionLaw {
                 b + x * (2.0 * c + 3.0 * x * d)
             }
             Self::Formula(formula) => formula.jet(speed).first,
+            Self::Pieces(_) => self.at(speed).slope(speed),
         }
     }
 }

@@ -144,7 +144,7 @@ fn extend(
     let at = |value: f64| Doubled::from(if k == 0 { value } else { 0.0 });
     let sum =
         |terms: &mut dyn Iterator<Item = Doubled>| terms.fold(Doubled::default(), Doubled::add);
-    match law {
+    match law.on(piece) {
         FrictionLaw::Linear { at_rest, slope } => mu.push(slip[k].times(*slope).add(at(*at_rest))),
         FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
             let next = if *decay == Decay::Exponential {
@@ -183,6 +183,7 @@ fn extend(
             inner.push(far(k).times(c).add(square.times(d)).add(at(b)));
             mu.push(sum(&mut (0..=k).map(|j| far(j).by(inner[k - j]))).add(at(a)));
         }
+        FrictionLaw::Pieces(_) => unreachable!("a piece of pieces"),
     }
 }
 
@@ -417,6 +418,7 @@ fn rising(law: &FrictionLaw) -> FrictionLaw {
                 vec![[a, b, c, 0.0], [first, b + 0.4 * c, c, 0.0], [second, 0.0, 0.0, 0.0]];
             FrictionLaw::Tabulated(Arc::new(Table { speeds: table.speeds.clone(), pieces }))
         }
+        FrictionLaw::Pieces(_) => unreachable!("a law of springs"),
     }
 }
 

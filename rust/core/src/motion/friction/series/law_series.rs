@@ -66,6 +66,7 @@ impl LawSeries {
     ) -> (f64, [f64; 2]) {
         let Self { slip, inner, excess, piece, formula: slots } = self;
         slip[k] = s;
+        let law = law.on(*piece);
         let (of_order, of_inner, left) = match law {
             FrictionLaw::Linear { slope, .. } => (slope * s, 0.0, 0.0),
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
@@ -96,6 +97,7 @@ impl LawSeries {
                 let at_rest = || if formula.has_state() { 0.0 } else { law.value(0.0) };
                 (if k == 0 { value - at_rest() } else { value }, 0.0, 0.0)
             }
+            FrictionLaw::Pieces(_) => (f64::NAN, 0.0, 0.0),
         };
         (excess[k], inner[k]) = (of_order, of_inner);
         (of_order, [left, of_inner])
@@ -126,9 +128,7 @@ impl LawSeries {
     /// The law along a slip speed that is a polynomial, and the left factors of all orders.
     pub(super) fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
         let (mut series, [mut lefts, mut rights]) = (Self::default(), [[0.0; COEFFICIENTS]; 2]);
-        if let FrictionLaw::Tabulated(table) = law {
-            series.piece = table.piece(slip[0]);
-        }
+        series.piece = law.piece(slip[0]);
         for (k, s) in slip.iter().enumerate() {
             let middle = (1..k).map(|j| lefts[j] * rights[k - j]).sum();
             (_, [lefts[k], rights[k]]) = series.extend(law, k, [*s, 0.0], middle);
@@ -139,7 +139,7 @@ impl LawSeries {
     /// The factor of S_k in the coefficient of order k > 0, `mu'(S_0)`.
     pub fn slope(&self, law: &FrictionLaw) -> f64 {
         let Self { slip, inner, piece, .. } = self;
-        match law {
+        match law.on(*piece) {
             FrictionLaw::Linear { slope, .. } => *slope,
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 viscous - (at_rest - kinetic) / speed * decay.rates(inner[0])[0]
@@ -150,6 +150,7 @@ impl LawSeries {
                 b + x * (2.0 * c + 3.0 * x * d)
             }
             FrictionLaw::Formula(formula) => formula.jet(slip[0]).first,
+            FrictionLaw::Pieces(_) => f64::NAN,
         }
     }
 
@@ -157,7 +158,7 @@ impl LawSeries {
     pub fn least_slope(&self, law: &FrictionLaw, beyond: f64) -> f64 {
         let wide = self.range() + beyond;
         let (low, high) = (self.slip[0] - wide, self.slip[0] + wide);
-        let least = match law {
+        let least = match law.on(self.piece) {
             FrictionLaw::Linear { slope, .. } => *slope,
             // Its slope is monotone, where it has one.
             FrictionLaw::Decaying { speed, decay, .. } => {
@@ -175,13 +176,14 @@ impl LawSeries {
                 if d > 0.0 && low < turn && turn < high { ends.min(slope(turn)) } else { ends }
             }
             FrictionLaw::Formula(formula) => formula.between(low, high).first.low,
+            FrictionLaw::Pieces(_) => f64::NAN,
         };
         least * (1.0 - 1e-9)
     }
 
     /// A distance from the polynomial of S in which Lipschitz bounds are taken where slip has no mass.
     pub fn tube(&self, law: &FrictionLaw) -> f64 {
-        match law {
+        match law.on(self.piece) {
             FrictionLaw::Linear { .. } => f64::MAX,
             FrictionLaw::Decaying { .. } | FrictionLaw::Formula(_) => {
                 match 5e-2 * self.reach(law) {
@@ -195,15 +197,17 @@ impl LawSeries {
                 [low, high, ..] => 1e-3 * (high - low),
                 _ => 0.0,
             },
+            FrictionLaw::Pieces(_) => 0.0,
         }
     }
 
     /// How far S may move from S_0 on a panel.
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
-        match law {
+        match law.on(self.piece) {
             FrictionLaw::Decaying { speed, decay, .. } => speed * decay.reach(self.slip[0] / speed),
             FrictionLaw::Formula(_) => self.formula.reaches[0],
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
+            FrictionLaw::Pieces(_) => 0.0,
         }
     }
 
@@ -236,13 +240,15 @@ impl LawSeries {
         sums: &FactorSums,
     ) -> LawBounds {
         let Self { slip, inner, piece, .. } = self;
+        let whole = law;
+        let law = law.on(*piece);
         let ([factors, excess], [inners, _], [rest, _]) = (sums.left, sums.right, sums.left_out);
         let range = self.range();
         let wide = range + beyond;
         let product = product_units(shortenings) as f64;
         // Sums of at most three terms, whose scaling rounds both sides.
         let short = (3 + 2 * shortenings) as f64 * excess;
-        match law {
+        let bounds = match law {
             FrictionLaw::Linear { slope, .. } => {
                 LawBounds { truncation: 0.0, rounding: UNIT * short, slope: slope.abs() }
             }
@@ -297,6 +303,20 @@ impl LawSeries {
             FrictionLaw::Formula(formula) => {
                 self.formula.bounds(formula, [(slip[0], wide), (0.0, 0.0)], shortenings).0
             }
+            FrictionLaw::Pieces(_) => {
+                let none = f64::INFINITY;
+                LawBounds { truncation: none, rounding: none, slope: none }
+            }
+        };
+        match whole {
+            FrictionLaw::Pieces(_) => {
+                let near = borders(whole.knots(), *piece)
+                    .filter(|(border, _)| (slip[0] - border).abs() <= wide);
+                let slopes =
+                    near.map(|(border, _)| whole.steepness(border - beyond, border + beyond)[0]);
+                LawBounds { slope: slopes.fold(bounds.slope, f64::max), ..bounds }
+            }
+            _ => bounds,
         }
     }
 
@@ -304,7 +324,7 @@ impl LawSeries {
     pub fn slopes(&self, law: &FrictionLaw) -> [f64; COEFFICIENTS] {
         let constant = |k: usize, value: f64| if k == 0 { value } else { 0.0 };
         let Self { slip, inner, piece, .. } = self;
-        match law {
+        match law.on(*piece) {
             FrictionLaw::Linear { slope, .. } => std::array::from_fn(|k| constant(k, *slope)),
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let factor = -(at_rest - kinetic) / speed;
@@ -321,6 +341,7 @@ impl LawSeries {
                 })
             }
             FrictionLaw::Formula(formula) => self.formula.slopes(formula, false),
+            FrictionLaw::Pieces(_) => [f64::NAN; COEFFICIENTS],
         }
     }
 
@@ -332,6 +353,13 @@ impl LawSeries {
         }
         self.formula.shorten(powers);
     }
+}
+
+/// The borders of a piece, each with the piece beyond it; the first piece has no beginning, and the last one no end.
+pub(crate) fn borders(knots: &[f64], piece: usize) -> impl Iterator<Item = (f64, usize)> {
+    let below = (piece > 0).then(|| (knots[piece], piece - 1));
+    let above = knots.get(piece + 1).map(|&knot| (knot, piece + 1));
+    below.into_iter().chain(above)
 }
 
 /// Whether a decay has a value there: one that is vanishingly small may have rounded to 0.
