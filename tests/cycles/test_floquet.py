@@ -15,8 +15,8 @@ def settled(scene, method="auto"):
     return ss.simulate(scene, 0.6, kicked(scene), method=method).limit_cycle(method=method)
 
 
-def two_subsystems(coupling=0.0, *, impact_friction=False, **laws):
-    """The published model, its contacts changed, its masses tied to each other."""
+def two_subsystems(coupling=0.0, normal_coupling=0.0, *, impact_friction=False, **laws):
+    """The published model, its contacts changed, its masses, or only the normal ones, tied to each other."""
     base = ss.models.two_subsystems(**laws)
     rng = np.random.default_rng(0)
     spread = rng.standard_normal((8, 8))
@@ -24,6 +24,8 @@ def two_subsystems(coupling=0.0, *, impact_friction=False, **laws):
     mass = np.diag(mass) if mass.ndim == 1 else mass
     if coupling:
         mass = mass + coupling * 0.3 / 8 * spread @ spread.T
+    normal = [contact.normal for contact in base.contacts]
+    mass[np.ix_(normal, normal)] += 0.3 * normal_coupling * np.array([[0.0, 1.0], [1.0, 0.0]])
     return ss.Scene(
         mass,
         base.stiffness,
@@ -81,6 +83,8 @@ def test_a_period_run_through_twice_has_no_more_zeros():
         {"friction": 2.2, "slider_speed": 0.3},
         {"friction": 2.2, "slider_speed": 0.9, "impact_friction": True},
         {"impact_friction": True},
+        {"normal_coupling": 0.05},
+        {"normal_coupling": 0.05, "friction": 2.2, "slider_speed": 0.3},
         {"coupling": 0.02, "impact_friction": True},
         {"coupling": 0.02, "impact_friction": True, "friction": 2.2, "slider_speed": 0.3},
     ],

@@ -206,7 +206,7 @@ def test_lumped_mass_keeps_the_energy_of_translations():
 
 
 def test_contacts_of_lumped_bodies_are_not_coupled():
-    """With a consistent mass the same impacts ask for impact_friction=True."""
+    """A consistent mass couples them, but on a plane face no normal with a tangential direction."""
     body = elastic(box(skfem.MeshHex), 1e9, damping=ss.Rayleigh(stiffness=1e-6))
     for made, coupled in ((body, True), (body.lumped(), False)):
         held = made.held(made.surface("top"))
@@ -217,10 +217,18 @@ def test_contacts_of_lumped_bodies_are_not_coupled():
         falling = [-0.5 * dof.endswith(".3") for dof in scene.dofs]
         start = ss.State(np.zeros(scene.size), falling, "dd" * 8, scene.dofs)
         if coupled:
-            with pytest.raises(ss.InputError, match="impact_friction: must be true where mass couples"):
-                ss.simulate(scene, 5e-6, start)
             with pytest.raises(ss.InputError, match="beside contacts that mass couples, in a motion"):
-                ss.simulate(scene.replace(impact_friction=True), 5e-6, start)
+                ss.simulate(scene, 5e-6, start)
+            along = ss.fe.contact_pairs(
+                low, None, velocity=(1.0, 0.0, 0.0), friction=0.3, gap=1e-6, plane=False
+            )
+            scene = ss.fe.assemble(held, along)
+            start = ss.State(np.zeros(scene.size), falling, "d" * 8, scene.dofs)
+            run = ss.simulate(scene, 5e-6, start, max_events=8)
+            slips = [scene.tangential_direction(i) for i in range(8)]
+            assert "impact" in list(run.events.kind)
+            before = run.sample(np.nextafter(run.events.time, 0.0)).velocity.values
+            assert np.abs((run.event_states()[1] - before) @ np.transpose(slips)).max() < 1e-9
         else:
             assert "impact" in list(ss.simulate(scene, 5e-6, start).events.kind)
 

@@ -9,6 +9,7 @@ with one unknown force per constrained direction, so that y' = G y + h and every
 `solve_ivp` runs from event to event and is started again after each.
 """
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,8 @@ import stickslip as ss
 
 #: Depth, m, below which a gap that was closed to rounding, and pulled open at once, counts as closed again.
 ROUNDING = 1e-16
+#: Part of the speed of an impact that is rounding of the velocities that it changes.
+LIFTED = 1e-12
 #: Events at one instant that the contacts can explain.
 MOST_AT_ONCE = 4
 
@@ -45,7 +48,7 @@ class Mechanics:
             return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
 
         self.size = scene.size
-        self.mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
+        self.mass = np.diag(scene.mass) if scene.mass.ndim == 1 else dense(scene.mass)
         self.stiffness = dense(scene.stiffness)
         if scene.damping is None:
             self.damping = np.zeros_like(self.stiffness)
@@ -174,12 +177,23 @@ class Mechanics:
         return with_status(status), y
 
     def _after_impact(self, combination, y, contact):
-        direction = self.normal[contact]
-        speed = direction @ y[self.size :]
-        change = -(1.0 + self.contacts[contact].restitution) * speed
-        y = self._shifted(y, self.normal_response[contact], change)
+        """Impulses along the normals of all that touch: ``0 <= p``, ``0 <= w+ + e w-``, one of them zero."""
+        closed = [i for i, status in enumerate(combination) if status != "d" and self.normal[i].any()]
+        touching = [contact, *closed]
+        normals = np.array([self.normal[i] for i in touching])
+        spread = np.linalg.solve(self.mass, normals.T)
+        # Closed gaps are at rest.
+        speed = np.concatenate([[normals[0] @ y[self.size :]], np.zeros(len(closed))])
+        wanted = -self.contacts[contact].restitution * speed[0]
+        impulse = nonnegative_impulses(normals @ spread, speed - np.eye(len(touching))[0] * wanted)
+        change = spread @ impulse
+        y = y.copy()
+        y[self.size :] += change
+        rising = {i for i in closed if self.normal[i] @ change > LIFTED * abs(speed[0])}
+        combination = "".join("d" if i in rising else status for i, status in enumerate(combination))
         if self.contacts[contact].restitution > 0.0:
             return combination, y
+        direction = self.normal[contact]
         y[: self.size] -= direction * (direction @ y[: self.size] + self.contacts[contact].gap)
         status = "+" if self.contacts[contact].tangential is None or self.slip(y, contact) < 0.0 else "-"
         closed = combination[:contact] + status + combination[contact + 1 :]
@@ -198,6 +212,17 @@ class Mechanics:
         return shifted
 
 
+def nonnegative_impulses(w, speed):
+    """The p of ``0 <= p``, ``0 <= speed + W p``, ``p' (speed + W p) = 0``, by trying which are not zero."""
+    for count in range(1, len(speed) + 1):
+        for active in itertools.combinations(range(len(speed)), count):
+            p = np.zeros(len(speed))
+            p[list(active)] = np.linalg.solve(w[np.ix_(active, active)], -speed[list(active)])
+            if p.min() >= 0.0 and (speed + w @ p).min() >= -LIFTED * np.abs(speed).max():
+                return p
+    raise AssertionError("no impulses")
+
+
 def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
     """The motion by DOP853 with restarts; absolute tolerances follow the size of x and x'.
 
@@ -212,11 +237,10 @@ def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
     while True:
         generator, offset, _ = mechanics.linear(combination)
         functions = mechanics.event_functions(combination)
-        if motion.kind and motion.kind[-1] == "impact":
-            functions = [
-                (i, kind, row, constant + ROUNDING * ((i, kind) == (motion.contact[-1], "impact")))
-                for i, kind, row, constant in functions
-            ]
+        functions = [
+            (i, kind, row, constant + ROUNDING * (kind == "impact" and abs(row @ y + constant) < ROUNDING))
+            for i, kind, row, constant in functions
+        ]
         watched = [_watched(row, constant) for _, _, row, constant in functions]
         solution = solve_ivp(
             lambda _, y, g=generator, h=offset: g @ y + h,
@@ -235,14 +259,20 @@ def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
         index = next(k for k, found in enumerate(solution.t_events) if found.size)
         contact, kind, _, _ = functions[index]
         time = float(solution.t_events[index][0])
+        before = combination
         combination, y = mechanics.after(combination, solution.y_events[index][0], contact, kind)
         if motion.time[-MOST_AT_ONCE:] == [time] * MOST_AT_ONCE:
             return None
-        motion.time.append(time)
-        motion.contact.append(contact)
-        motion.kind.append(kind)
-        motion.combination.append(combination)
-        motion.states.append(y)
+        # Contacts that an impact lifts are released at the same instant.
+        pairs = zip(before, combination, strict=True)
+        lifted = [i for i, (one, new) in enumerate(pairs) if one != new == "d"]
+        happened = [(i, "release") for i in lifted if i != contact]
+        for i, what in sorted([*happened, (contact, kind)]):
+            motion.time.append(time)
+            motion.contact.append(i)
+            motion.kind.append(what)
+            motion.combination.append(combination)
+            motion.states.append(y)
 
 
 def _watched(row, constant):

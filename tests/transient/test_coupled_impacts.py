@@ -5,6 +5,15 @@ import pytest
 
 import stickslip as ss
 from coupled_scenes import elastic_block, masses_on_a_belt
+from fuzz_chains import coupled_by_mass
+from fuzz_checks import (
+    balance_residual,
+    complementarity,
+    continuity,
+    coupled_impact_law,
+    energy_residual,
+)
+from fuzz_samples import Sampled
 from fuzz_scenes import fuzz_scene
 
 CASES = [
@@ -263,13 +272,32 @@ def test_thousands_of_coupled_impacts_leave_the_balance_closed(seed):
     assert abs(balance.residual) <= 2e-13 * balance.turnover
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_impacts_without_friction_leave_slip_as_it_is(seed):
+    """Mass ties the normal directions to each other, and the tangential ones, but none of both."""
+    scene, start = coupled_by_mass(np.random.default_rng(seed))
+    scene = scene.replace(impact_friction=False)
+    run = ss.simulate(scene, 0.05, start, max_events=400)
+    sampled = Sampled(run)
+    for check in (complementarity, coupled_impact_law):
+        assert check(sampled) == ""
+    assert continuity(run) == ""
+    assert energy_residual(sampled) < 1e-11
+    assert balance_residual(run) < 1e-11
+    slip = np.array([scene.tangential_direction(i) for i in range(len(scene.contacts))])
+    before = sampled.before.velocity
+    assert sampled.impacts.size > 5
+    assert np.abs((sampled.after[1] - before) @ slip.T).max() <= 1e-7 * np.abs(before).max()
+
+
 def test_errors_of_a_coupled_mass_name_the_way_out():
     """One contact whose two directions mass couples: an error that speaks of other contacts would not fit."""
     mass, stiffness = [[1.0, 0.3], [0.3, 1.0]], np.diag([1e4, 1e4])
     rubs = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0)
     scene = ss.Scene(mass, stiffness, force=[0.0, -10.0], contacts=[rubs])
     start = ss.steady_sliding(scene)
-    with pytest.raises(ss.InputError, match=r"impact_friction: .* directions of contacts.*Body\.lumped\(\)"):
+    told = r"impact_friction: .* normal with tangential directions.*Body\.lumped\(\)"
+    with pytest.raises(ss.InputError, match=told):
         ss.simulate(scene, 0.01, start)
     springs = {"normal_stiffness": 1e6, "tangential_stiffness": 1e6}
     sprung = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=1.0, **springs)

@@ -101,7 +101,8 @@ class Scene(Shown):
         Names of the dofs; None: ``x1``, ``x2``, ...
     impact_friction
         Whether an impact also has a tangential impulse by Coulomb's law, at most friction times the normal
-        impulse; otherwise an impact leaves the tangential velocity as it is.
+        impulse; otherwise an impact leaves the tangential velocity as it is. Motions need it where mass
+        couples normal with tangential directions of contacts.
     gyroscopic
         G: (n, n) skew-symmetric, N s/m, of rotating parts; dense or sparse. None: no such forces.
     circulatory

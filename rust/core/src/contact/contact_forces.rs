@@ -164,9 +164,44 @@ fn force_functionals(
     map: &DMatrix<f64>,
 ) -> Vec<(Functional, Functional)> {
     let parts: Vec<&Functional> = rows.iter().flat_map(|(t, n)| [t, n]).collect();
-    let force =
-        |k: usize| Functional::sum(parts.iter().enumerate().map(|(j, part)| (map[(k, j)], *part)));
+    let mut positions = sums_of(&parts, |part| &part.position, map).into_iter();
+    let mut velocities = sums_of(&parts, |part| &part.velocity, map).into_iter();
+    let mut force = |k: usize| {
+        let constants = parts.iter().enumerate().map(|(j, part)| map[(k, j)] * part.constant);
+        let terms = positions.next().zip(velocities.next()).unwrap_or_default();
+        Functional { position: terms.0, velocity: terms.1, constant: constants.sum() }
+    };
     (0..rows.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
+}
+
+/// `sum_j map_kj terms_j` for every k. Nearly all parts have the same coordinates where many contacts are coupled, so that
+/// each has a dense column of those that any of them has.
+fn sums_of(
+    parts: &[&Functional],
+    terms: fn(&Functional) -> &Vec<(usize, f64)>,
+    map: &DMatrix<f64>,
+) -> Vec<Vec<(usize, f64)>> {
+    let mut coordinates: Vec<usize> =
+        parts.iter().flat_map(|part| terms(part)).map(|term| term.0).collect();
+    coordinates.sort_unstable();
+    coordinates.dedup();
+    let mut dense = DMatrix::zeros(coordinates.len(), parts.len());
+    for (mut column, part) in dense.column_iter_mut().zip(parts) {
+        let mut place = 0;
+        for &(k, weight) in terms(part) {
+            place += coordinates[place..].partition_point(|&other| other < k);
+            column[place] += weight;
+        }
+    }
+    let sum = |k: usize| {
+        let mut sums = DVector::zeros(coordinates.len());
+        for (j, column) in dense.column_iter().enumerate().filter(|&(j, _)| map[(k, j)] != 0.0) {
+            sums.axpy(map[(k, j)], &column, 1.0);
+        }
+        let terms = coordinates.iter().copied().zip(sums.iter().copied());
+        terms.filter(|term| term.1 != 0.0).collect()
+    };
+    (0..map.nrows()).map(sum).collect()
 }
 
 /// Where directions depend on each other: the rows, (tangential, normal) of each contact, that statuses hold, and the

@@ -257,11 +257,9 @@ pub enum Error {
         /// Estimated reciprocal condition of the scaled stiffness, -; 0 if the stiffness is exactly singular.
         reciprocal_condition: f64,
     },
-    /// The factors of the stiffness do not fit into memory.
-    #[error(
-        "scene: the factors of its stiffness, {size} by {size}, do not fit into the memory of this machine; mesh it more coarsely, or reduce its bodies first"
-    )]
-    Memory { size: usize },
+    /// Matrices do not fit into memory.
+    #[error("{what}, {size} by {size}, do not fit into the memory of this machine; {remedy}")]
+    Memory { what: &'static str, size: usize, remedy: &'static str },
     /// Modes are asked for in a combination in which one contact slides by a law of friction and another one sticks.
     #[error(
         "combination {combination:?}: friction of contact {contact} depends on its slip velocity and contact {stuck} sticks, so there is no steady state about which motions are linear"
@@ -424,9 +422,9 @@ pub enum Error {
         /// Relative residual of the first mode that did not converge, -; NaN where the iteration gave no eigenvalue.
         residual: f64,
     },
-    /// `impact_friction` is false though mass couples directions of contacts of the scene.
+    /// `impact_friction` is false though mass couples normal with tangential directions.
     #[error(
-        "impact_friction: must be true where mass couples directions of contacts, as here: an impulse in a normal direction changes tangential velocities, which therefore can't stay unchanged; or give the dofs of contacts lumped mass by Body.lumped(), or by fe.reduce(boundary='lumped') or 'massless'"
+        "impact_friction: must be true where mass couples normal with tangential directions, as here: an impulse in a normal direction changes tangential velocities, which therefore can't stay unchanged; or give the dofs of contacts lumped mass by Body.lumped(), which suffices where all pairs that share a node have one normal, or by fe.reduce(boundary='lumped') or 'massless'"
     )]
     CoupledImpacts,
     /// A time asked for lies outside the computed motion.

@@ -120,8 +120,7 @@ impl CombinationBasis {
             Ok((Propagator::Taylor(Box::new(operator)), left))
         };
         if let Some([contact, _]) = scene.planes().next().filter(|_| scene.contacts_coupled()) {
-            let reason =
-                "contacts that mass couples, in a motion; lump the mass, and pair nodes with nodes";
+            let reason = "contacts that mass couples, in a motion; pair nodes with nodes of bodies with lumped mass, let friction act along the velocity alone (plane=False), or reduce the scene by fe.reduce(boundary='lumped')";
             return Err(Error::Plane { contact, reason });
         }
         let law =

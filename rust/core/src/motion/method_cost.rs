@@ -14,11 +14,13 @@
 //! that lead to a new combination, the longer the rule waits.
 
 use crate::modes::spectrum::REFINED_SIZE;
+use crate::motion::method::Wanted;
 use crate::motion::taylor::bordered::border_of;
 use crate::motion::taylor::rows::Rows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::inertia::border::Border;
 use crate::scene::model::Scene;
+use crate::scene::status::Combination;
 
 /// Number of free coordinates up to which modes are computed at once: a small scene meets few combinations, each often.
 pub(crate) const MODES_AT_ONCE: usize = 8;
@@ -53,11 +55,32 @@ const GAIN: f64 = 2.0;
 /// Work on a panel in these modes relative to that of a reduced model, measured beside the modes of meshes with 110 and 420
 /// dofs and two contacts. Mass couples their contacts, so that every force is a sum over all coordinates.
 const IN_HELD_MODES: f64 = 2.5;
+/// Memory that a basis takes while it is computed, bytes: per stored entry of the matrices, per pair of free coordinates of an
+/// eigenproblem with right and left vectors, and of everything else.
+const BYTES_PER_ENTRY: usize = 64;
+const BYTES_PER_PAIR: usize = 320;
+const BYTES_BESIDE: usize = 1 << 22;
 /// Number of free coordinates up to which modes are considered: nothing interrupts an eigenproblem, and a larger one
 /// would delay Ctrl-C by more than a tenth of a second. If mass couples coordinates, series cost more, and a longer delay
 /// is accepted.
 pub(crate) fn largest(scene: &Scene) -> usize {
     if scene.mass.is_diagonal() { 200 } else { 500 }
+}
+
+/// Memory that a combination takes at most while its basis is computed, bytes: that of the rows of its series, and, by modes,
+/// of the eigenproblem of its free coordinates.
+pub(crate) fn bytes_of_basis(scene: &Scene, combination: &Combination, wanted: Wanted) -> usize {
+    let matrices = [&scene.mass, &scene.damping, &scene.stiffness];
+    let entries = matrices.map(|matrix| matrix.entries()).iter().sum::<usize>();
+    let directions = 2 * scene.contacts.len();
+    let series = BYTES_PER_ENTRY * (entries + directions * directions);
+    let free = scene.free(combination);
+    let by_modes = match wanted {
+        Wanted::Series => false,
+        Wanted::Modes => true,
+        Wanted::SoundModes => free <= largest(scene),
+    };
+    BYTES_BESIDE + series + if by_modes { BYTES_PER_PAIR * free * free } else { 0 }
 }
 
 /// Whether a run of a coupled scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for

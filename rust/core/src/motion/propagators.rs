@@ -10,7 +10,7 @@ use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::local::locality::Locality;
 use crate::motion::local::reach::Reaches;
 use crate::motion::method::Wanted;
-use crate::motion::method_cost::{Cost, pays_held_modes};
+use crate::motion::method_cost::{Cost, bytes_of_basis, pays_held_modes};
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::scene::model::Scene;
 use crate::scene::partition::{Block, blocks_of};
@@ -155,6 +155,7 @@ impl Propagators {
             return Ok((Arc::clone(basis), false));
         }
         let basis = if self.parts().is_empty() {
+            self.check_room(combination, wanted)?;
             CombinationBasis::beside(&self.scene, combination, wanted, || self.held_modes())?
         } else {
             let part =
@@ -163,6 +164,19 @@ impl Propagators {
             self.of_parts(combination.clone(), bases.into_iter().map(|(basis, _)| basis))?
         };
         Ok((self.memory().keep(key, Arc::new(basis)), true))
+    }
+
+    /// Refuses a basis for whose matrices there is no memory: a run can end with its motion so far, but a matrix that cannot be
+    /// had in the middle of its computation ends the process.
+    fn check_room(&self, combination: &Combination, wanted: Wanted) -> Result<(), Error> {
+        let scene = self.held_modes().map_or(&*self.scene, |modes| &modes.scene);
+        let bytes = bytes_of_basis(scene, combination, wanted);
+        let mut room: Vec<u8> = Vec::new();
+        room.try_reserve_exact(bytes).map_err(|_| Error::Memory {
+            what: "motion: the matrices by which a combination is propagated",
+            size: scene.free(combination),
+            remedy: "method='taylor' needs less, and so does a scene reduced to fewer modes",
+        })
     }
 
     /// The basis of a scene in parts, from a basis for each part.

@@ -335,6 +335,11 @@ impl Scene {
         self.coordinates.delassus.is_some()
     }
 
+    /// Whether impulses have friction: where they are oblique, in any case, as small motions have it there.
+    pub fn impacts_rub(&self) -> bool {
+        self.impact_friction || self.coordinates.oblique
+    }
+
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
     /// `(K q + C q' - F)_row`.
     pub(crate) fn reaction_value(&self, row: usize, q: &[f64], u: &[f64]) -> f64 {

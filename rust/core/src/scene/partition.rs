@@ -142,7 +142,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         massless,
         condensed: false,
         impact_friction: scene.impact_friction,
-        coordinates: Coordinates::of_contacts(dofs, slots, delassus, scene.coordinates.coupled),
+        coordinates: Coordinates::of_contacts(dofs, slots, delassus, scene.coordinates.oblique),
         contacts: laws,
         mass,
         coupled_mass,

@@ -44,7 +44,7 @@ pub fn simulate(
     }
     let scene = &propagators.scene;
     let rubs = scene.contacts.iter().any(|law| law.directions == Directions::Both);
-    if scene.coordinates.coupled && rubs && !scene.impact_friction {
+    if scene.coordinates.oblique && rubs && !scene.impact_friction {
         return Err(Error::CoupledImpacts);
     }
     controls.validate()?;

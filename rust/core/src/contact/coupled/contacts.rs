@@ -202,9 +202,7 @@ impl Coupled<'_> {
                     opens: contacts[i].opens(),
                 };
                 if level == Level::Impulses {
-                    // Where mass couples contacts, impulses have friction in any case.
-                    let rubs = self.scene.impact_friction || self.scene.coordinates.coupled;
-                    own.friction = if rubs { own.friction } else { 0.0 };
+                    own.friction = if self.scene.impacts_rub() { own.friction } else { 0.0 };
                     own.static_friction = own.friction;
                 }
                 own

@@ -34,6 +34,7 @@ pub(crate) fn coupled_impact(
             impulses_of(w, &touching, &change)
         }
     };
+    let rubs = scene.impacts_rub();
     let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
     // Velocities that do not depend on what they were.
     let mut set = vec![false; count];
@@ -45,12 +46,13 @@ pub(crate) fn coupled_impact(
             let (t, g) = (2 * i, 2 * i + 1);
             let touching = struck.contains(&i) || before.statuses()[i].is_closed();
             let held = touching && impulse[g] > NO_IMPULSE * largest;
-            let sticking = held && arrived[rows[t]] == law.slider_speed;
+            let sticking = held && rubs && arrived[rows[t]] == law.slider_speed;
             (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
             let direction = impulse[t].signum();
-            let friction = scene.friction_at(i, &end[n..]) * direction;
+            let friction = if rubs { scene.friction_at(i, &end[n..]) * direction } else { 0.0 };
             let slip = (end[rows[t]] - law.slider_speed).signum();
-            let faster = scene.friction_slope(i, &end[n..]) * slip * direction * impulse[g];
+            let slope = if rubs { scene.friction_slope(i, &end[n..]) } else { 0.0 };
+            let faster = slope * slip * direction * impulse[g];
             held.then_some(Impulse {
                 sticking,
                 friction,

@@ -5,7 +5,8 @@
 //! numbers: the gap of the contact that strikes then is its event function h, and the number of impacts before does not
 //! matter. The jump consists of this impact and of the rest of the series. During that rest the contacts take the reactions
 //! N of closed contacts and, in addition, impulses p that change the velocities by `M^-1 D p`. A contact that slides has
-//! `p_t = sigma mu p_n` at every impact, so that the sums P of these impulses are those that end the series:
+//! `p_t = sigma mu p_n` at every impact, or `p_t = 0` where impacts have no friction, so that the sums P of these impulses are
+//! those that end the series:
 //!
 //! ```text
 //! u_n + (W P)_n = 0,   P_t = sigma mu P_n   or, where it sticks,   s + (W P)_t = 0
@@ -112,7 +113,10 @@ impl Closing {
             for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {
                 impulses[i] = Some(Impulse {
                     sticking: status == Status::Sticking,
-                    friction: status.friction_sign() * scene.friction_at(i, u),
+                    friction: match scene.impacts_rub() {
+                        true => status.friction_sign() * scene.friction_at(i, u),
+                        false => 0.0,
+                    },
                     // The impulses of the rest vanish.
                     faster: 0.0,
                     // A contact that sticks keeps its place.

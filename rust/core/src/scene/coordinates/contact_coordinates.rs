@@ -34,8 +34,9 @@ pub struct Coordinates {
     pub missing: usize,
     /// The directions that depend on others, as sums of these; their coordinates are the last ones.
     pub dependents: SlavedCoordinates,
-    /// Whether mass couples contact coordinates.
-    pub coupled: bool,
+    /// Whether mass couples a normal direction with a tangential one: `n' M^-1 t` is not zero for all pairs of them, so that an
+    /// impulse along the one changes the velocity along the other.
+    pub oblique: bool,
     /// Whether no free coordinate is coupled to a contact coordinate by mass, as motions need it.
     pub decoupled: bool,
     dofs: usize,
@@ -181,6 +182,11 @@ impl Coordinates {
         let transform =
             Transform::new(rows(|group| &group.forward), || rows(|group| &group.inverse));
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
+        let oblique = transformed.iter().any(|(_, own, group)| {
+            let is_normal = |k: usize| whose[own[k]] % 2 == 1;
+            let mut pairs = (0..own.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+            pairs.any(|(i, j)| is_normal(i) != is_normal(j) && group.delassus[(i, j)] != 0.0)
+        });
         let missing = missing(contacts);
         let sum = |(k, (index, terms)): (usize, &(usize, Row))| {
             let coordinate = size + missing + k;
@@ -209,7 +215,7 @@ impl Coordinates {
             slots: in_pairs(size, contacts, &slots),
             missing,
             dependents,
-            coupled,
+            oblique,
             decoupled: true,
             dofs: size,
             transform,
@@ -233,7 +239,7 @@ impl Coordinates {
             slots: in_pairs(size, contacts, &group.slots),
             missing: missing(contacts),
             dependents: SlavedCoordinates::default(),
-            coupled: false,
+            oblique: false,
             decoupled: false,
             dofs: size,
             transform: Some(Transform::new(rows(&group.forward), || rows(&group.inverse))?),
@@ -246,14 +252,14 @@ impl Coordinates {
         size: usize,
         slots: Vec<(usize, usize)>,
         delassus: Option<DMatrix<f64>>,
-        coupled: bool,
+        oblique: bool,
     ) -> Self {
         let delassus = delassus.filter(|delassus| !is_diagonal(delassus));
         Self {
             slots,
             missing: 0,
             dependents: SlavedCoordinates::default(),
-            coupled: coupled && delassus.is_some(),
+            oblique: oblique && delassus.is_some(),
             decoupled: true,
             dofs: size,
             transform: None,

@@ -283,7 +283,11 @@ impl<'a> StaticContacts<'a> {
             NoFactors::Singular(reciprocal_condition) => {
                 Error::SingularStiffness { combination: closed.to_string(), reciprocal_condition }
             }
-            NoFactors::Memory => Error::Memory { size: stiffness.size() },
+            NoFactors::Memory => Error::Memory {
+                what: "scene: the factors of its stiffness",
+                size: stiffness.size(),
+                remedy: "mesh it more coarsely, or reduce its bodies first",
+            },
         })?;
         let rest = factors.solve(&reduction.force_constant(scene));
         let mut places = vec![0.0; scene.size];
