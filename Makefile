@@ -80,33 +80,19 @@ format: $(INSTALLED) ## Format Rust and Python
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 
-# INTO=docs/performance.md puts the tables and the figure of this machine there.
+# INTO=docs writes every table and figure into the page that has its block. A script that fails leaves its block as it was, and
+# the others go on.
 INTO ?=
-bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs; INTO=docs/performance.md keeps them
-	@mkdir -p $(OUT)
-	$(BIN)/python benchmarks/work_precision.py --figure $(OUT)/work-precision.png $(INTO:%=--into %)
-	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
-	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/local_events.py --figure $(OUT)/local-events.png $(INTO:%=--into %)
-	$(if $(INTO),cp $(OUT)/local-events.png $(dir $(INTO)))
-	$(BIN)/python benchmarks/peers_over_size.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/study_set_up.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
-	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/dense_scenes.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/eigenvalues.py
-	$(BIN)/python benchmarks/large_scenes.py
-	$(BIN)/python benchmarks/band_modes.py --sizes 5000 10000 50000 $(INTO:%=--into %)
-	$(BIN)/python benchmarks/meshed_contact.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/reduced_growth.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/reduced_variants.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/reduced_cycles.py --sizes 420 1640 $(if $(INTO),--into docs/certification.md)
-	$(BIN)/python benchmarks/bifurcation_diagram.py
-	$(BIN)/python benchmarks/missed_events.py
-	$(BIN)/python benchmarks/friction_laws.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)
+BENCHES := "work_precision --figure $(OUT)/work-precision.png" batch_throughput studies \
+	"local_events --figure $(OUT)/local-events.png" peers_over_size method_choice eigenvalues band_modes meshed_contact \
+	reduced_growth reduced_variants plain_pairs missed_events random_scenes reduced_cycles study_survival
+bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs, in 40 minutes; INTO=docs keeps them in the pages
+	@mkdir -p $(OUT); status=0; for bench in $(BENCHES); do \
+		begin=$$(date +%s); echo "bench $${bench%% *}"; script="benchmarks/$${bench%% *}.py $${bench#$${bench%% *}}"; \
+		$(BIN)/python $$script $(INTO:%=--into %) || { echo "bench $${bench%% *} FAILED" >&2; status=1; }; \
+		echo "bench $${bench%% *} took $$(( $$(date +%s) - begin )) s"; \
+	done; \
+	$(if $(INTO),cp $(OUT)/work-precision.png $(OUT)/local-events.png $(INTO) || status=1;) exit $$status
 
 # Where the other programs are: interpreters that import Siconos and pyHarm, the program of CalculiX; AUTO_DIR and FC for
 # AUTO-07p. A program that is missing fails its page, and the others are written.
@@ -115,7 +101,7 @@ PYHARM ?= python3
 CCX ?= ccx
 compare: $(VENV)/.bench ## Run this program beside others and write docs/comparisons; SICONOS=, PYHARM=, CCX=, AUTO_DIR= say where they are
 	@status=0; for peer in heyoka auto "calculix --peer $(CCX)" "siconos --peer $(SICONOS)" "pyharm --peer $(PYHARM)"; do \
-		PYTHONPATH=benchmarks $(BIN)/python -m comparisons.$$peer --into docs/comparisons/$${peer%% *}.md || status=1; \
+		PYTHONPATH=benchmarks $(BIN)/python -m comparisons.$$peer --into docs || status=1; \
 	done; exit $$status
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html

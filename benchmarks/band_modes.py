@@ -35,6 +35,8 @@ from stickslip.modes.sparse.search import Search, certified, covered
 #: Meshes (radial, around, layers), and the band of each, Hz.
 DISCS = {"5000": ((5, 84, 4), 10e3), "10000": ((6, 112, 5), 10e3), "50000": ((10, 240, 7), 6e3)}
 LOWEST_GROWTH = -50.0
+#: Dofs up to which eigenvalues are compared with refined ones.
+REFINED = 20_000
 #: Numbers of real modes to project on.
 PROJECTIONS = (50, 100, 300)
 
@@ -80,20 +82,15 @@ def measured(scene: ss.Scene, highest: float) -> tuple[list[str], ss.Modes]:
             for found in shifts:
                 scipy_search(pencil, found.shift, found.eigenvalues.size)
 
-    peer_wall, peer_cpu, _ = seconds(peer)
+    _, peer_cpu, _ = seconds(peer)
     row = [
         str(scene.size),
         f"{highest / 1e3:g}",
         str(answer.found.eigenvalues.size),
-        str(sum(found.eigenvalues.size for found in shifts)),
-        str(len(shifts)),
         f"{ordered_cpu + cpu:.1f}",
         f"{peer_cpu:.1f}",
-        f"{ordered + wall:.1f}",
-        f"{peer_wall:.1f}",
         f"{counted_cpu:.1f}",
-        f"{counted:.1f}",
-        str(answer.factorizations),
+        f"{ordered + wall + counted:.1f}",
         f"{answer.missing:.0e}",
         f"{memory:.0f}",
     ]
@@ -101,44 +98,35 @@ def measured(scene: ss.Scene, highest: float) -> tuple[list[str], ss.Modes]:
 
 
 def accuracy(modes: ss.Modes, highest: float) -> list[str]:
-    """Return size, modes compared, largest residual, condition, and error in units of its bound."""
+    """Return the largest residual, and the largest error in units of condition times rounding."""
+    residual = f"{modes.residual.max():.0e}"
+    if modes.mass.shape[0] > REFINED:
+        return [residual, ""]
     found, condition = modes.eigenvalues, modes.condition
     expected = reference_eigenvalues(modes.mass, modes.damping, modes.stiffness, highest)
     expected = expected[(np.abs(expected) <= 2.0 * np.pi * highest) & (expected.real >= LOWEST_GROWTH)]
     nearest = expected[np.abs(found[:, None] - expected).argmin(axis=1)]
     error = np.abs(found - nearest) / (condition * np.finfo(float).eps * np.abs(nearest))
-    cells = [modes.mass.shape[0], found.size, expected.size, f"{modes.residual.max():.0e}"]
-    return [str(cell) for cell in (*cells, f"{condition.max():.0f}", f"{error.max():.2f}")]
+    return [residual, f"{error.max():.2f}"]
 
 
 def main() -> None:
     """Print the tables."""
     parser = arguments(__doc__)
-    parser.add_argument("--sizes", nargs="+", default=["5000", "10000"], choices=DISCS)
+    parser.add_argument("--sizes", nargs="+", default=list(DISCS), choices=DISCS)
     chosen = parser.parse_args()
     report = Report("band-modes")
-    rows, exact, errors = [], [], []
+    rows, errors = [], []
     for name in chosen.sizes:
         mesh, highest = DISCS[name]
         scene = spinning_disc(*mesh)
         row, modes = measured(scene, highest)
-        rows.append(row)
-        exact.append(accuracy(modes, highest))
+        rows.append([*row, *accuracy(modes, highest)])
         errors += projections(scene, modes)
-        print(*rows[-1], *exact[-1], *errors[-len(PROJECTIONS) :], file=sys.stderr)
-    headings = ["dofs", "band to, kHz", "modes", "pairs", "shifts", "search, CPU s", "scipy, CPU s"]
-    headings += [
-        "search, s",
-        "scipy, s",
-        "count, CPU s",
-        "count, s",
-        "factorizations",
-        "missing",
-        "memory, MB",
-    ]
+        print(*rows[-1], *errors[-len(PROJECTIONS) :], file=sys.stderr)
+    headings = ["dofs", "band to, kHz", "modes", "search, CPU s", "scipy, CPU s", "count, CPU s", "both, s"]
+    headings += ["missing", "memory, MB", "largest residual", "error"]
     report.table(headings, rows)
-    headings = ["dofs", "modes", "of the reference", "largest residual", "largest condition"]
-    report.table([*headings, "largest error, condition x eps"], exact)
     headings = ["dofs", "real modes", "largest error of a growth rate, 1/s", "unstable", "of which found"]
     report.table(headings, errors)
     report.finish(chosen.into, "stickslip", "scipy")

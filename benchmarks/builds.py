@@ -39,7 +39,7 @@ def work(name: str, part: float) -> Callable[[], object]:
     if name == "10^5 verdicts of stability":
         return lambda: ss.stability(model, {"friction": np.linspace(0.0, 3.0, 100_000)})
     if name.endswith("subsystems"):
-        from chain_scaling import LARGE, on_cycles, scene_of, settled
+        from chains import LARGE, on_cycles, scene_of, settled
 
         scene, start = scene_of(LARGE), on_cycles(settled(), LARGE)
         return lambda: ss.simulate(scene, part * MOTION, start)

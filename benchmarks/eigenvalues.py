@@ -1,23 +1,16 @@
-"""Complex eigenvalues: accuracy against 60-digit arithmetic, and time against LAPACK through numpy and scipy.
-
-`python benchmarks/eigenvalues.py [--quick]`; the quick form takes a tenth of the random scenes.
-"""
+"""Complex eigenvalues: accuracy against 60-digit arithmetic, time against LAPACK through numpy and scipy."""
 
 from __future__ import annotations
 
-import argparse
-import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import mpmath
 import numpy as np
 import scipy.linalg
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
 import stickslip as ss
+from report import Report, arguments
 
 mpmath.mp.dps = 60
 
@@ -93,7 +86,7 @@ def norms(modes: ss.Modes, scene: ss.Scene) -> tuple[np.ndarray, float]:
 
 def judge(scene: ss.Scene) -> dict[str, float]:
     """Worst residual, worst error of a mean and worst single error over its bound."""
-    modes = ss.complex_modes(scene)
+    modes = ss.complex_modes(scene, "++")
     value = modes.eigenvalues
     exact = matched(value, exact_eigenvalues(scene))
     error = np.array([abs(mpmath.mpc(v) - e) for v, e in zip(value, exact, strict=True)], dtype=float)
@@ -147,41 +140,26 @@ def random_scene(rng: np.random.Generator, kind: str) -> ss.Scene:
     )
 
 
-def accuracy(console: Console, count: int) -> bool:
-    table = Table(
-        title="Accuracy against 60-digit arithmetic (1 is the bound of a single eigenvalue)",
-        title_justify="left",
-    )
-    for heading in ("scenes", "largest condition", "residual", "mean of the pair", "single, of its bound"):
-        table.add_column(heading, justify="left" if heading == "scenes" else "right")
-    good = True
+def accuracy(report: Report, count: int) -> bool:
+    """Add the table of errors; return whether all of them are within their bounds."""
+    rows, good = [], True
 
-    def add(label: str, results: list[dict[str, float]]) -> None:
+    def add(label: str, scenes: Iterable[ss.Scene]) -> None:
         nonlocal good
+        results = [judge(scene) for scene in scenes]
         worst = {key: max(result[key] for result in results) for key in results[0]}
         good &= worst["residual"] <= RESIDUAL and worst["mean"] <= MEAN and worst["single"] <= 1.0
-        table.add_row(
-            label,
-            f"{worst['condition']:.1e}",
-            f"{worst['residual']:.1e}",
-            f"{worst['mean']:.1e}",
-            f"{worst['single']:.1e}",
-        )
+        rows.append([label, *(f"{worst[key]:.1e}" for key in ("condition", "residual", "mean", "single"))])
 
     for lock_in in LOCK_INS:
-        for distance in DISTANCES:
-            add(
-                f"lock-in {lock_in:.4f} + {distance:.0e}",
-                [judge(ss.models.two_subsystems(friction=lock_in + distance))],
-            )
+        label = f"reference model, {lock_in:.4f} + {DISTANCES[0]:.0e} to {DISTANCES[-1]:.0e}"
+        add(label, [ss.models.two_subsystems(friction=lock_in + distance) for distance in DISTANCES])
     rng = np.random.default_rng(2024)
     for kind in ("proportional", "undamped", "wide", "general"):
-        scenes = [random_scene(rng, kind) for _ in range(count)]
-        add(
-            f"{count} random, {kind}",
-            [judge(scene) for scene in track(scenes, kind, console=console, transient=True)],
-        )
-    console.print(table)
+        add(f"{count} random, {kind}", [random_scene(rng, kind) for _ in range(count)])
+    report.table(
+        ("scenes", "largest condition", "residual", "mean of the pair", "single, of its bound"), rows
+    )
     return good
 
 
@@ -302,35 +280,34 @@ def refined_times(free: int) -> tuple[float, float]:
     )
 
 
-def speed(console: Console) -> None:
-    table = Table(title=f"Time, s ({os.cpu_count()} processors)", title_justify="left")
-    for heading in ("job", "stickslip", "peer", "ratio"):
-        table.add_column(heading, justify="left" if heading == "job" else "right")
+def speed(report: Report) -> None:
+    """Add the table of times."""
+    rows = []
 
-    def add(job: str, ours: float, peer: float) -> None:
-        table.add_row(job, f"{ours:.4f}", f"{peer:.4f}", f"{peer / ours:.1f}")
+    def add(job: str, peer: str, ours: float, theirs: float) -> None:
+        rows.append([job, peer, f"{1e3 * ours:.3g}", f"{1e3 * theirs:.3g}", f"{theirs / ours:.1f}"])
 
-    add("1000 frictions with left and right vectors; peer: scipy.linalg.eig(A, B) in a loop", *sweep_times())
-    add(
-        "100 000 stability verdicts; peer: numpy.linalg.eigvals on ready state matrices",
-        *verdict_times(100_000),
-    )
+    add("1000 frictions, left and right vectors", "scipy, `eig(A, B)` in a loop", *sweep_times())
+    add("100 000 stability verdicts", "numpy, `eigvals` of ready matrices", *verdict_times(100_000))
     ours, whole, half = chain_times(134)
-    add("402 free coordinates, left and right vectors; peer: scipy.linalg.eig(A, B)", ours, whole)
-    add("the same; peer: scipy.linalg.eig of the half-size problem, formed by hand", ours, half)
-    for free in (28, 48, 60):
-        job = f"{free} free coordinates, dense, refined; peer: scipy.linalg.eig, half size"
-        add(job, *refined_times(free))
-    console.print(table)
+    add("402 free coordinates, left and right vectors", "scipy, `eig(A, B)`", ours, whole)
+    add("402 free coordinates, left and right vectors", "scipy, `eig` at half size", ours, half)
+    add("60 free coordinates, dense, refined", "scipy, `eig` at half size", *refined_times(60))
+    report.table(("job", "peer", "ms", "peer, ms", "ratio"), rows)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    quick = parser.parse_args().quick
-    console = Console(width=130)
-    speed(console)
-    if not accuracy(console, 25 if quick else 250):
+    """Print both tables."""
+    parser = arguments(__doc__)
+    parser.add_argument("--quick", action="store_true", help="a tenth of the random scenes")
+    chosen = parser.parse_args()
+    times = Report("eigenvalues")
+    speed(times)
+    times.finish(chosen.into, "stickslip", "numpy", "scipy")
+    errors = Report("eigenvalue-errors")
+    good = accuracy(errors, 10 if chosen.quick else 100)
+    errors.finish(chosen.into, "stickslip", "numpy", "mpmath")
+    if not good:
         raise SystemExit("accuracy: a bound is exceeded")
 
 

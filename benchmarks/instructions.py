@@ -42,7 +42,7 @@ def drive(what: str, data: Path, count: int) -> None:
         start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
         runs = [ss.simulate(scene, 0.6, start) for _ in range(count)]
     else:
-        from chain_scaling import LARGE, scene_of
+        from chains import LARGE, scene_of
 
         scene, start = scene_of(LARGE), ss.State(*pickle.loads(data.read_bytes()))
         runs = [ss.simulate(scene, 1.0, start, max_events=CHAIN_EVENTS) for _ in range(count)]
@@ -206,13 +206,13 @@ def main() -> None:
         chain, events = callgrind(package, "chain", 1)
         report.text("A chain of 1000 subsystems, per event:")
         report.table(("function", "instructions", "share"), rows(chain, events))
-    report.into(options.into)
+    report.finish(options.into, "stickslip")
 
 
 def _save_start(path: Path) -> None:
     import pickle
 
-    from chain_scaling import LARGE, on_cycles, settled
+    from chains import LARGE, on_cycles, settled
 
     start = on_cycles(settled(), LARGE)
     path.write_bytes(pickle.dumps((start.position, start.velocity, start.combination)))

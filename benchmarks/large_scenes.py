@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from chain_scaling import scene_of
+from chains import scene_of
 
 import stickslip as ss
 from report import Report, arguments

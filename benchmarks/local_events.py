@@ -1,6 +1,6 @@
 """What an event costs by local marches: over the size of a chain, and beside marches of the whole scene.
 
-The chains and their starts are those of `chain_scaling.py`. Work is counted: coordinates whose series were
+The chains and their starts are those of `chains.py`. Work is counted: coordinates whose series were
 expanded, and event functions looked at. Small chains run from several starts.
 """
 
@@ -17,7 +17,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from batch_throughput import peak
-from chain_scaling import on_cycles, scene_of, settled
+from chains import on_cycles, scene_of, settled
 
 import stickslip as ss
 from report import Report, arguments

@@ -14,16 +14,15 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
+from report import Report, arguments, left_out
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from dip_scenes import Dip, gap, normal_force, slip
 
-PARTS = (1e-3, 1e-6, 1e-9, 0.0)
+PARTS = (1e-3, 1e-9, 0.0)
 #: scipy's relative tolerance: tighter ones take shorter steps, and see a dip if one happens to end in it
 TOLERANCES = (1e-6, 1e-12)
 
@@ -75,12 +74,13 @@ def by_heyoka(dip: Dip, part: float) -> str:
 
 def main() -> None:
     """Print the table."""
+    chosen = arguments(__doc__).parse_args()
     with_heyoka = importlib.util.find_spec("heyoka") is not None
-    table = Table(title="Who finds an event that lasts a small part of a period")
+    if not with_heyoka:
+        left_out("heyoka", "the comparison")
     headings = ["event function", "part of the period", "depth", "stickslip"]
-    headings += [f"scipy DOP853, rtol {tolerance:.0e}" for tolerance in TOLERANCES]
-    for heading in [*headings, *(["heyoka"] if with_heyoka else [])]:
-        table.add_column(heading)
+    headings += [f"DOP853, rtol {tolerance:.0e}" for tolerance in TOLERANCES]
+    rows = []
     for name, make in (("gap", gap), ("slip velocity", slip), ("normal force", normal_force)):
         for part in PARTS:
             dip = make(part)
@@ -91,8 +91,10 @@ def main() -> None:
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")
                     row.append(by_heyoka(dip, part))
-            table.add_row(*row)
-    Console().print(table)
+            rows.append(row)
+    report = Report("missed-events")
+    report.table([*headings, *(["heyoka"] if with_heyoka else [])], rows)
+    report.finish(chosen.into, "stickslip", "scipy", *(["heyoka"] if with_heyoka else []))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Chains of 2, 8 and 32 subsystems beside heyoka, and of 1000 beside CVODE.
 
-The chains and their starts are those of `chain_scaling.py`. heyoka compiles an integrator for each
+The chains and their starts are those of `chains.py`. heyoka compiles an integrator for each
 combination that comes: *compile* is what its first run takes beyond a later one, and *run* what that one
 takes. *First* is a run of this program whose scene knows no combination, *later* one whose scene knows them
 all. CVODE has sparse products and one solver with a band matrix for all combinations. Every program follows
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from chain_scaling import on_cycles, scene_of, settled
+from chains import on_cycles, scene_of, settled
 from clock import clocked
 
 import stickslip as ss

@@ -1,4 +1,4 @@
-"""Tables of a benchmark: printed as Markdown, and put into a page where asked to."""
+"""Tables of a benchmark: printed as Markdown, and written into the page that has their block."""
 
 from __future__ import annotations
 
@@ -42,29 +42,32 @@ class Report:
         """Add a paragraph."""
         self.console.print("\n".join(lines), markup=False, end="\n\n")
 
-    def into(self, page: Path | None) -> None:
-        """Replace the block of this benchmark in a page, between its two comments; None: leave it printed."""
-        if page is None:
-            return
-        text = "\n".join(line.rstrip() for line in self.console.export_text().splitlines()).strip("\n")
-        begin, end = f"<!-- {self.name} -->", f"<!-- end of {self.name} -->"
-        old = page.read_text()
-        pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-        if not pattern.search(old):
-            raise SystemExit(f"{page} has no block between '{begin}' and '{end}'")
-        page.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old))
+    def finish(self, folder: Path | None, *packages: str, peers: str = "") -> None:
+        """Add versions, also of other programs, commit, date and machine; replace the block of this report.
 
-    def finish(self, page: Path | None, *packages: str, peers: str = "") -> None:
-        """Add versions, also of other programs, commit, date and machine, and write as `into` does."""
+        The block stands between its two comments, in one page of the folder or in the README beside it.
+        Without a folder the tables are printed only.
+        """
         used = ", ".join(part for part in (versions(*packages), peers) if part)
         self.text(f"{used}; commit {commit()}, {date.today():%Y-%m-%d}; {machine()}.")
-        self.into(page)
+        if folder is None:
+            return
+        lines = self.console.export_text().splitlines()
+        text = re.sub(r"\n{3,}", "\n\n", "\n".join(line.rstrip() for line in lines)).strip("\n")
+        begin, end = f"<!-- {self.name} -->", f"<!-- end of {self.name} -->"
+        pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+        pages = [page for page in (*folder.rglob("*.md"), folder.parent / "README.md") if page.exists()]
+        holding = [page for page in pages if pattern.search(page.read_text(encoding="utf-8"))]
+        if len(holding) != 1:
+            raise SystemExit(f"{folder}: {len(holding)} pages have a block '{begin}' to '{end}', not one")
+        old = holding[0].read_text(encoding="utf-8")
+        holding[0].write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old), encoding="utf-8")
 
 
 def arguments(description: str) -> argparse.ArgumentParser:
-    """Return a reader of the command line that knows the page to write into."""
+    """Return a reader of the command line that knows the folder to write into."""
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
+    parser.add_argument("--into", type=Path, default=None, help="the folder of the pages to write into")
     return parser
 
 

@@ -67,7 +67,7 @@ class Sliding:
     def __init__(self) -> None:
         def reduced(friction: float, values: Real) -> types.Reduced:
             study = verdicts(1)
-            return ss.equations_of(study.source.scene(np.array([friction, *values])), "++")
+            return ss.equations_of(study.scene_of(np.array([friction, *values])), "++")
 
         base = np.array(list(STIFFNESSES.values()))
         plain, rubbed = reduced(0.0, base), reduced(1.0, base)
@@ -157,7 +157,7 @@ def compare_cycles(samples: int, report: Report) -> None:
     cycles(4).run(progress=False)
     spent, events = 0.0, 0
     for row in study.design[:FOLLOWED]:
-        scene = study.source.scene(row)
+        scene = study.scene_of(row)
         motion = prepare(scene, ss.disturbed_sliding(scene), DURATION, "DOP853", RTOL)
         begin = time.process_time()
         events += len(motion().time)

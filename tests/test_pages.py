@@ -3,6 +3,7 @@
 import inspect
 import operator
 import re
+import shlex
 import types
 
 import pytest
@@ -89,12 +90,37 @@ def test_links_between_pages_lead_somewhere():
                 assert place in slugs, f"{page}: {link}#{place}"
 
 
+#: A table that a command writes, between the two comments with its name.
+WRITTEN = re.compile(r"<!-- ([\w-]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
+
+
+def test_every_block_has_one_command_that_writes_it():
+    """`make bench INTO=docs` and `make compare` write every block, and only blocks that a page has."""
+    makefile = (pages.ROOT / "Makefile").read_text().replace("\\\n", " ")
+    benches = re.search(r"^BENCHES := (.*)$", makefile, re.MULTILINE)[1]
+    peers = re.search(r"for peer in (.*?); do", makefile)[1]
+    scripts = [f"{name}.py" for name in _first_words(benches)]
+    scripts += [f"comparisons/{name}.py" for name in _first_words(peers)]
+    names = [
+        name
+        for script in scripts
+        for name in re.findall(r'Report\("([\w-]+)"\)', (pages.ROOT / "benchmarks" / script).read_text())
+    ]
+    blocks = [name for page in SHORT.values() for name, _ in WRITTEN.findall(page.read_text("utf-8"))]
+    assert sorted(blocks) == sorted(names)
+    assert len(set(blocks)) == len(blocks)
+
+
+def _first_words(calls):
+    """Return the first word of each word or quoted call."""
+    return [call.split()[0] for call in shlex.split(calls)]
+
+
 def test_tables_of_a_comparison_state_one_commit_and_one_build():
-    written = re.compile(r"<!-- ([\w-]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
     pages_of_peers = [page for name, page in SHORT.items() if name.startswith("docs/comparisons/")]
     assert len(pages_of_peers) == 5
     for page in pages_of_peers:
-        blocks = written.findall(page.read_text(encoding="utf-8"))
+        blocks = WRITTEN.findall(page.read_text(encoding="utf-8"))
         assert [name for name, _ in blocks] == [page.stem]
         stated = re.findall(r"; commit ([0-9a-f]{8}, \w+ build), \d{4}-\d\d-\d\d; ", blocks[0][1])
         assert len(stated) == 1, page

@@ -1,9 +1,9 @@
 """Beside heyoka: the events of one run by Taylor integration, errors beside times over its tolerance.
 
-Four scenes: the standard run, the same under Stribeck friction, the same with four cubic springs, and LuGre's
-bristles. The programs take turns, round by round. Times are processor time, the least over all rounds; the
-compilation of heyoka is apart. The errors are the largest of the times of events against references of 45 or
-more digits, and of the digits that others published for the bristles.
+Five scenes: the standard run, the same under Stribeck friction, the same with one and with four cubic
+springs, and LuGre's bristles. The programs take turns, round by round. Times are processor time, the least
+over all rounds; the compilation of heyoka is apart. The errors are the largest of the times of events against
+references of 45 or more digits, and of the digits that others published for the bristles.
 """
 
 from __future__ import annotations
@@ -13,15 +13,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from bristles import by_heyoka
-from bristles import error as error_of_turns
-from bristles import ours as bristles
 from clock import in_turns
-from cubic_spring import hardened
-from friction_laws import COUNTED, DURATION, LAW, error, reference_model
 
 import stickslip as ss
+from comparisons import bristles
 from comparisons.peer import importable, milliseconds
+from comparisons.scenes import COUNTED, DURATION, LAW, error, hardened, reference_model
 from report import Report, arguments
 
 TOLERANCES = {"1 ulp": 0.0, "1e-12": 1e-12, "1e-9": 1e-9, "1e-6": 1e-6}
@@ -41,6 +38,7 @@ def scenes() -> dict[str, Scene]:
     for name, (scene, start) in {
         "standard run": hardened(0),
         "Stribeck friction": reference_model(LAW),
+        "one cubic spring": hardened(1),
         "four cubic springs": hardened(4),
     }.items():
         expected = Peer(scene, start).run(COUNTED, DURATION)
@@ -49,7 +47,7 @@ def scenes() -> dict[str, Scene]:
             partial(prepare, scene, start, DURATION),
             partial(error, expected=expected),
         )
-    return found | {"bristles": (bristles, by_heyoka, error_of_turns)}
+    return found | {"bristles": (bristles.ours, bristles.by_heyoka, bristles.error)}
 
 
 def follow(scene: ss.Scene, start: ss.State) -> Any:

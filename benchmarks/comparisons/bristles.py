@@ -1,0 +1,69 @@
+"""LuGre's usual numbers, a mass that sticks and slips, by this program and by heyoka.
+
+Both programs follow the run of twelve seconds up to each change of sign of the velocity of the mass. The
+error is the largest of the times of these four turns against the digits that others published.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import stickslip as ss
+
+#: Table I of Canudas de Wit and others (1995): per newton of normal force, which is 1 N.
+LAW = ss.friction.LuGre(static=1.5, kinetic=1.0, speed=1e-3, stiffness=1e5, damping=np.sqrt(1e5), viscous=0.4)
+#: N/m, m/s and s.
+SPRING, PULLED, DURATION = 2.0, 0.1, 12.0
+#: Times at which the mass turns, s.
+TURNS = np.array([10.2660909412841, 10.2764203978014, 10.2926632434272, 10.3009597155445])
+
+
+def ours() -> np.ndarray:
+    """Return the turns by stickslip, in the frame of the pulled end of the spring."""
+    contact = ss.Contact(tangential=0, normal_force=1.0, friction=LAW, slider_speed=-PULLED)
+    scene = ss.Scene([1.0], [[SPRING]], contacts=[contact])
+    return ss.simulate(scene, DURATION, ss.State([0.0], [-PULLED], "-")).events.time
+
+
+def by_heyoka(tolerance: float = 0.0) -> Callable[[], np.ndarray]:
+    """Return the turns by heyoka, an integrator for each sign of the velocity; tolerance 0: an ulp."""
+    import heyoka as hy
+
+    x, v, z = hy.make_vars("x", "v", "z")
+    level = LAW.kinetic + (LAW.static - LAW.kinetic) * hy.exp(-((v / LAW.speed) ** 2.0))
+
+    def integrator(sign: float) -> Any:
+        bent = v - LAW.stiffness * sign * v * z / level
+        friction = LAW.stiffness * z + LAW.damping * bent + LAW.viscous * v
+        equations = [(x, v), (v, SPRING * (PULLED * hy.time - x) - friction), (z, bent)]
+        falling = hy.event_direction.negative if sign > 0.0 else hy.event_direction.positive
+        return hy.taylor_adaptive(
+            equations, [0.0, 0.0, 0.0], t_events=[hy.t_event(v, direction=falling)], tol=tolerance
+        )
+
+    both = {sign: integrator(sign) for sign in (1.0, -1.0)}
+
+    def run() -> np.ndarray:
+        sign, time, state, turns = 1.0, 0.0, np.zeros(3), []
+        while time < DURATION:
+            own = both[sign]
+            own.reset_cooldowns()
+            own.time, own.state[:] = time, state
+            own.propagate_until(DURATION)
+            time, state = own.time, own.state.copy()
+            if time < DURATION:
+                turns.append(time)
+                state[1], sign = 0.0, -sign
+        return np.array(turns)
+
+    return run
+
+
+def error(turns: np.ndarray) -> str:
+    """Return the largest error, or how many turns a program has found."""
+    if turns.size != TURNS.size:
+        return f"{turns.size} turns"
+    return f"{np.abs(turns - TURNS).max():.1e}"
