@@ -62,6 +62,8 @@ print(f"stick-slip ends at {last:.4f} m/s (end of the {branch.end})")
 # %%
 axes = branch.plot("block")
 axes.axvline(last, color="0.5", linestyle="--")
+axes.set(xlabel="slider speed, m/s")
+axes.legend(loc="lower left", frameon=False, title="statuses of a cycle")
 ss.save(axes.figure, "bifurcation.png", dpi=120)
 
 # %% [markdown]

@@ -40,7 +40,7 @@ def joint(clearance: float = 0.2e-3, restitution: float = 0.6) -> ss.Scene:
 REST = ss.State([0.0, 0.0], [0.0, 0.0], "dd")
 
 # %% [markdown]
-# ## All answers over the frequency
+# ## All responses over the frequency
 #
 # The motion is followed to higher frequencies and back. Where the two ways end in different motions, the
 # branch between them is traced around its fold.
@@ -95,7 +95,7 @@ kinds, counts = np.unique(diagram.data.kind.values, return_counts=True)
 print(dict(zip(kinds.tolist(), counts.tolist(), strict=True)))
 figure, axes = plt.subplots(figsize=(7.0, 3.6), layout="constrained")
 axes.plot(1e3 * plays, 1e3 * hammering, ".-", color="#4477aa")
-axes.set(xlabel="play, mm", ylabel="energy lost in impacts, mW")
+axes.set(xlabel="play, mm", ylabel="power lost in impacts, mW")
 figure.savefig("clearance-hammering.png", dpi=120)
 
 # %% [markdown]

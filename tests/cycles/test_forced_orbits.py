@@ -182,12 +182,13 @@ def test_frequency_response_without_contact_is_the_linear_one():
     data = response.data
     assert data.sizes["point"] == 7
     assert data.stable.all()
-    assert data.response.to_numpy() == pytest.approx(data.linear.to_numpy(), rel=1e-11)
+    assert data.response.to_numpy() == pytest.approx(data.linear.to_numpy()[::8], rel=1e-11)
+    assert data.linear_frequency.to_numpy()[::8] == pytest.approx(data.frequency.to_numpy(), rel=1e-15)
     diagram = ss.bifurcation(
         scene, {"shaker_frequency": [0.4, 0.6]}, start=ss.State([0.0, 0.0], [0.0, 0.0], "")
     )
     largest = np.array([cycle.maximum.to_numpy() for cycle in diagram.cycles])
-    assert largest == pytest.approx(data.linear.to_numpy()[:2], rel=1e-11)
+    assert largest == pytest.approx(data.linear.to_numpy()[[0, 8]], rel=1e-11)
 
 
 @pytest.fixture(scope="module")

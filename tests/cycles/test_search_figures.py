@@ -31,7 +31,7 @@ def test_basins_are_drawn_where_they_were_asked(axes, map_of_starts):
     corners = mesh.get_coordinates()
     assert corners[:, :, 0].min() == pytest.approx(-2e-3)
     assert corners[:, :, 1].max() == pytest.approx(1.95)
-    assert axes.get_xlabel() == "velocity x1, m/s"
+    assert axes.get_xlabel() == "velocity of x1, m/s"
     assert axes.get_ylabel() == "friction coefficient"
     labels = [text.get_text() for text in axes.figure.axes[1].get_yticklabels()]
     assert labels[0] == "equilibrium"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import cycle as endless
 from typing import Any
 
@@ -105,7 +106,10 @@ def basins(data: xr.Dataset, *, ax: Axes | None = None) -> Axes:
         axes.plot(*middles, ".", color="black", markersize=3.0)
         # A cycle may lead out of the starts.
         axes.set(xlim=across[[0, -1]], ylim=upward[[0, -1]])
-    abscissa, ordinate = (quantity(name, reached[name].attrs.get("units", "")) for name in (first, second))
+    abscissa, ordinate = (
+        quantity(re.sub(r"^(position|velocity)_", r"\1 of ", name), reached[name].attrs.get("units", ""))
+        for name in (first, second)
+    )
     axes.set(xlabel=abscissa, ylabel=ordinate)
     return axes
 

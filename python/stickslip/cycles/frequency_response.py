@@ -98,7 +98,7 @@ class FrequencyResponse(Shown):
             chosen = of.isel(point=np.flatnonzero(self.data.stable.to_numpy() == is_stable))
             if chosen.sizes["point"]:
                 axes.plot(chosen.frequency, chosen.response, "o", color=STABLE, mfc=filled, ms=4, label=label)
-        axes.set(xlabel="frequency of the load, Hz", ylabel=f"largest |{dof} - mean|, m")
+        axes.set(xlabel="frequency of the load, Hz", ylabel=f"largest distance of {dof} from its mean, m")
         axes.legend(frameon=False, fontsize="small")
         return axes
 
@@ -133,7 +133,7 @@ def frequency_response(
         Start of the first motion, and of every motion for which the orbit before violates the scene: a state,
         or a function from the scene to one; None: steady sliding.
     combination
-        Status combination of the linear answer; None: that of the first start.
+        Status combination of the linear response; None: that of the first start.
 
     Returns
     -------
@@ -141,9 +141,9 @@ def frequency_response(
         Its `data`: over ``point``, with the coordinate ``frequency`` Hz: ``response`` (point, dof), m;
         ``stable`` (False where that is not known), ``stability``, ``load_periods`` (the period, in periods of
         the loads), ``largest_multiplier``, ``direction`` (``up``, ``down``, ``between``). Over
-        ``linear_frequency``, (k,) Hz: ``linear`` (linear_frequency, dof), m, the amplitude while no contact
-        changes its status. Its `cycles` are the orbits of the points; where motions do not recur, there is
-        none.
+        ``linear_frequency``, (k,) Hz, which has seven values between two of the array: ``linear``
+        (linear_frequency, dof), m, the amplitude while no contact changes its status. Its `cycles` are the
+        orbits of the points; where motions do not recur, there is none.
 
     Raises
     ------
@@ -163,7 +163,8 @@ def frequency_response(
     begins = starts_from(start, steady_sliding)
     scenes = [scene_at(float(value)) for value in values]
     begun = begins(scenes[0])
-    linear = _linear(scenes[0], name, values, begun.combination if combination is None else combination)
+    fine = np.interp(np.arange(8 * len(values) - 7) / 8.0, np.arange(len(values)), values)
+    linear = _linear(scenes[0], name, fine, begun.combination if combination is None else combination)
     up, stopped = _sweep(scenes, values, begins)
     down: list[Cycle | None] = []
     if stopped is None:
@@ -197,7 +198,7 @@ def frequency_response(
         },
         coords={
             "frequency": ("point", np.array([value for value, _, _ in found]), {"units": "Hz"}),
-            "linear_frequency": ("linear_frequency", values, {"units": "Hz"}),
+            "linear_frequency": ("linear_frequency", fine, {"units": "Hz"}),
             "dof": chosen,
         },
     )

@@ -15,7 +15,7 @@ from matplotlib.path import Path
 from stickslip.faults import InputError
 from stickslip.show.plots import Plots, axes_of, figure_of, panels_of
 from stickslip.show.style import COLOURS, CONTACT
-from stickslip.show.units import ENERGIES, measured
+from stickslip.show.units import ENERGIES, TIMES, measured
 
 #: Colours that differ in lightness too, for print without colour.
 KINETIC, ELASTIC = "#ddaa33", "#bbccee"
@@ -98,7 +98,8 @@ class BalancePlots(Plots[Balanced]):
         return axes
 
     def _title(self) -> str:
-        return f"Energy from {self._result.start:.6g} s to {self._result.end:.6g} s"
+        begin, end = (measured(time, TIMES) for time in (self._result.start, self._result.end))
+        return f"Energy from {begin} to {end}"
 
 
 def _flows(balance: xr.Dataset) -> tuple[list[Flow], list[Flow]]:

@@ -46,9 +46,13 @@ DPI = 300
 INCH, SMALLEST = 0.0254, 6.0
 
 
+#: Names that figures write in other words.
+WORDS = {"friction": "friction coefficient", "hopf_point": "Hopf point"}
+
+
 def quantity(name: object, units: str = "1") -> str:
     """Return the name of a quantity as figures write it, with its unit."""
-    words = "friction coefficient" if name == "friction" else str(name).replace("_", " ")
+    words = WORDS.get(str(name)) or str(name).replace("_", " ")
     return words if units in ("", "1") else f"{words}, {units}"
 
 
