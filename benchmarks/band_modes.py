@@ -38,7 +38,7 @@ LOWEST_GROWTH = -50.0
 #: Dofs up to which eigenvalues are compared with refined ones.
 REFINED = 20_000
 #: Numbers of real modes to project on.
-PROJECTIONS = (50, 100, 300)
+PROJECTIONS = (100,)
 
 
 def scipy_search(pencil: SparsePencil, shift: complex, count: int) -> None:

@@ -1,18 +1,15 @@
-"""Throughput of `simulate_many` on one thread and on two, and its memory over the number of scenes.
+"""Throughput of `simulate_many` on one thread and on two.
 
 The scenes are random two-subsystem models, each followed over 0.6 s from a disturbed equilibrium. They are
 made before the clock runs, in portions; each portion is run on one thread and on two in turn, and every run
-must be the same to the last bit. Memory is the peak of a process of its own that takes the scenes from a
-generator.
+must be the same to the last bit.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import resource
 import statistics
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -30,8 +27,6 @@ DURATION = 0.6
 KICK = {"x1": 1e-3}
 #: Scenes between two looks at the clock.
 PORTION = 250
-#: Scenes of the processes whose memory is compared.
-MEMORY = (1000, 10_000)
 
 
 def scenes(seed: int) -> Iterator[ss.Scene]:
@@ -124,40 +119,14 @@ def peak() -> float:
     return used / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def memory(counts: tuple[int, ...], report: Report) -> None:
-    """Add the table of peaks, each of a process of its own."""
-    table = []
-    for count in counts:
-        command = [sys.executable, __file__, "--only-run", str(count)]
-        answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-        table.append([str(count), *answer])
-    report.table(("scenes", "peak memory, MB", "of these before the first run", "events"), table)
-
-
-def only_run(count: int) -> None:
-    """Run scenes from a generator, and print peak memory, what was used before, and the events."""
-    before, events = peak(), 0
-    for outcome in ss.simulate_many(
-        islice(scenes(1), count), duration=DURATION, velocity=KICK, progress=False
-    ):
-        if outcome.run is not None:
-            events += len(outcome.run.events)
-    print(f"{peak():.1f} {before:.1f} {events}")
-
-
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--quick", action="store_true", help="a tenth of the scenes")
-    parser.add_argument("--only-run", type=int, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.only_run is not None:
-        only_run(options.only_run)
-        return
     part = 10 if options.quick else 1
     report = Report("batch-throughput")
     throughput(options.scenes // part, report)
-    memory(tuple(count // part for count in MEMORY), report)
     report.finish(options.into, "stickslip", "numpy")
 
 

@@ -65,11 +65,19 @@ def scaling(sizes: tuple[int, ...], report: Report, figure: Path | None) -> None
     )
     if figure is not None:
         fig, ax = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
-        ax.loglog(sizes, [1e3 * local[count][2] for count in sizes], "o-", label="local march")
-        ax.loglog(list(whole), [1e3 * each[2] for each in whole.values()], "s--", label="the whole scene")
-        ax.set(xlabel="subsystems", ylabel="processor time per event, ms", ylim=(1e-2, None))
+        ax.loglog(
+            sizes, [1e3 * local[count][2] for count in sizes], "o-", color="#4074a8", label="local march"
+        )
+        ax.loglog(
+            list(whole),
+            [1e3 * each[2] for each in whole.values()],
+            "s--",
+            color="#cc3311",
+            label="march of the whole scene",
+        )
+        ax.set(xlabel="subsystems", ylabel="processor time per event, ms", ylim=(0.1, None))
         ax.legend(frameon=False)
-        fig.savefig(figure, dpi=150)
+        ss.save(fig, figure, dpi=150)
 
 
 def only(method: str, motion: float, into: Path) -> None:

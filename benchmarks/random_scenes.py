@@ -20,16 +20,15 @@ from fuzz_events import PASSED
 
 #: What the scenes of a row have besides, and the part of the scenes that the row takes.
 KINDS: dict[str, tuple[tuple[str, ...], float]] = {
-    "chains, blocks, defective points": ((), 1.0),
+    "chains, blocks, defective": ((), 1.0),
     "stops": (("stops",), 0.5),
-    "springs of contacts, loads": (("forced", "compliant"), 0.5),
+    "contact springs, loads": (("forced", "compliant"), 0.5),
     "unsymmetric terms": (("unsymmetric",), 0.5),
     "laws of friction": (("laws",), 0.25),
-    "laws given by tables": (("tables",), 0.25),
     "laws that vanish at rest": (("vanishing",), 0.1),
-    "nonlinear springs and dampers": (("elements",), 0.25),
+    "nonlinear springs": (("elements",), 0.25),
     "two tied equal halves": (("twins",), 0.25),
-    "5 to 40 contacts, local marches": (("sparse",), 0.5),
+    "5 to 40 contacts, local": (("sparse",), 0.5),
 }
 
 

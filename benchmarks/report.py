@@ -39,8 +39,8 @@ class Report:
         self.console.print()
 
     def text(self, *lines: str) -> None:
-        """Add a paragraph."""
-        self.console.print("\n".join(lines), markup=False, end="\n\n")
+        """Add a paragraph of some pieces."""
+        self.console.print(" ".join(lines), markup=False, end="\n\n")
 
     def finish(self, folder: Path | None, *packages: str, peers: str = "") -> None:
         """Add versions, also of other programs, commit, date and machine; replace the block of this report.
