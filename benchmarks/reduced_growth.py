@@ -70,7 +70,7 @@ def reduced(
 def main() -> None:
     """Print the table."""
     parser = arguments(__doc__)
-    parser.add_argument("--reductions", type=int, default=24)
+    parser.add_argument("--reductions", type=int, default=18)
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args()
     rng = np.random.default_rng(chosen.seed)
