@@ -3,7 +3,7 @@
 #
 # The published model of two subsystems slides under friction that falls with the slip speed. Complex
 # eigenvalues say from which slider speed on steady sliding is stable. This example asks how far one may
-# trust them: it tells that the Hopf point is subcritical, follows two motions at a speed at which sliding
+# trust them: it says that the Hopf point is subcritical, follows two motions at a speed at which sliding
 # is stable, and finds the speed up to which squeal exists. Run it as a script, or open it as a notebook
 # (jupytext, VS Code, Spyder): it draws `stable-but-squealing.png`.
 
