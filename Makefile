@@ -85,7 +85,7 @@ format: $(INSTALLED) ## Format Rust and Python
 INTO ?=
 BENCHES := "work_precision --figure $(OUT)/work-precision.png" batch_throughput studies \
 	"local_events --figure $(OUT)/local-events.png" peers_over_size method_choice eigenvalues band_modes meshed_contact \
-	reduced_growth missed_events random_scenes reduced_cycles
+	reduced_growth reduced_variants missed_events random_scenes reduced_cycles
 bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs, within an hour; INTO=docs keeps them in the pages
 	@mkdir -p $(OUT); status=0; for bench in $(BENCHES); do \
 		begin=$$(date +%s); echo "bench $${bench%% *}"; script="benchmarks/$${bench%% *}.py $${bench#$${bench%% *}}"; \
