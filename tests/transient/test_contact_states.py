@@ -214,7 +214,8 @@ def test_a_load_is_answered_as_by_the_linear_equations():
     scene = two_masses(0.5).replace(loads=[ss.Harmonic({"x1": 1e-3}, frequency=3.0, name="shaker")])
     answer = ss.frequency_response(scene, {"shaker_frequency": [3.0, 6.0]}).to_dataset()
     # As small as this it is linear.
-    assert answer.response.to_numpy() == pytest.approx(answer.linear.to_numpy(), rel=1e-6)
+    linear = answer.linear.sel(linear_frequency=[3.0, 6.0])
+    assert answer.response.to_numpy() == pytest.approx(linear.to_numpy(), rel=1e-6)
 
 
 def test_steady_sliding_stays():
