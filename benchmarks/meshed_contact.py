@@ -136,7 +136,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--size", default="10900", choices=SIZES)
     parser.add_argument("--lumped", action="store_true")
-    parser.add_argument("--steps", nargs="+", default=["steady", "modes"])
+    parser.add_argument("--steps", nargs="+", default=["steady", "modes", "reduction"])
     chosen = parser.parse_args()
     report = Report("meshed-contact")
     times, scene, pairs = model(chosen.size, lumped=chosen.lumped)

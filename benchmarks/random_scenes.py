@@ -35,7 +35,7 @@ KINDS: dict[str, tuple[tuple[str, ...], float]] = {
 def main() -> None:
     """Print the table."""
     parser = arguments(__doc__)
-    parser.add_argument("--scenes", type=int, default=300, help="of the first kind (default: %(default)s)")
+    parser.add_argument("--scenes", type=int, default=150, help="of the first kind (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=7)
     chosen = parser.parse_args()
     rows, failed = [], 0

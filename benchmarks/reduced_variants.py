@@ -69,7 +69,7 @@ def variant(seed: int) -> tuple[str, str, int, int, float, float]:
 def main() -> None:
     """Print the table."""
     parser = arguments(__doc__)
-    parser.add_argument("--variants", type=int, default=16)
+    parser.add_argument("--variants", type=int, default=10)
     parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args()
     found = collections.defaultdict(list)
