@@ -166,6 +166,43 @@ def test_an_onset_without_a_drop_of_friction_takes_few_panels():
     assert run.counters["panels"] - stuck.counters["panels"] <= 40
 
 
+@pytest.mark.parametrize("later", [1e-6, 1e-8])
+def test_two_slips_begin_one_after_the_other_beside_one_that_turns(later):
+    """The directions of young slips follow on panels far wider than they relax, whatever the third slip does.
+
+    The masses do not move each other, so each moves as on its own.
+    """
+    stiffness, onset, start = 1e4, 5e-4, 2e-5
+    speed = np.array([0.1, 0.1, 1e-4])
+    limit = stiffness * np.hypot(0.1 * np.array([onset, onset + later]), start)
+
+    def motion(places):
+        given = [limit[place] / 0.5 if place < 2 else 1.0 for place in places]
+        contacts = [
+            ss.Contact(
+                tangential=({2 * i: 1.0}, {2 * i + 1: 1.0}),
+                normal_force=given[i],
+                friction=0.5,
+                slider_speed=(speed[place], 0.0),
+            )
+            for i, place in enumerate(places)
+        ]
+        size = 2 * len(places)
+        scene = ss.Scene([1.0] * size, stiffness * np.eye(size), contacts=contacts)
+        # Two stick; the third slides, and its slip turns.
+        position = np.concatenate([[0.0, start] if place < 2 else [0.5e-4, 0.0] for place in places])
+        velocity = np.concatenate([[0.1, 0.0] if place < 2 else [0.0, 1e-5] for place in places])
+        letters = "".join("ss" if place < 2 else "oo" for place in places)
+        return ss.simulate(scene, 6e-4, ss.State(position, velocity, letters))
+
+    run = motion([0, 1, 2])
+    assert run.events.time == pytest.approx([onset, onset + later], rel=1e-13)
+    assert run.counters["panels"] < 20
+    end = run.state(6e-4).velocity.reshape(3, 2)
+    alone = np.array([motion([place]).state(6e-4).velocity for place in range(3)])
+    assert np.abs(end - alone).max() < 1e-14
+
+
 def test_the_multipliers_of_a_circle_under_a_rotating_load_are_those_of_its_closed_form():
     """In the frame that turns with the load the linearisation is constant; each exponent is one of a pair."""
     rate = 0.8
