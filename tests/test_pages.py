@@ -116,14 +116,36 @@ def _first_words(calls):
     return [call.split()[0] for call in shlex.split(calls)]
 
 
+#: What a block states below its tables: commit, build and date. A changed source has no commit.
+STATED = re.compile(r"; commit ([0-9a-f]{8}, \w+ build, \d{4}-\d\d-\d\d); \S")
+#: Pages whose numbers are measured by `make bench INTO=docs`.
+MEASURED = ("README.md", "docs/performance.md", "docs/certification.md")
+
+
+def stated(page):
+    """Return the commits of the blocks of a page, each of which states one."""
+    found = []
+    for name, text in WRITTEN.findall(page.read_text(encoding="utf-8")):
+        commits = STATED.findall(text)
+        assert len(commits) == 1, f"{page}: {name} states {len(commits)} commits"
+        found += commits
+    return found
+
+
 def test_tables_of_a_comparison_state_one_commit_and_one_build():
     pages_of_peers = [page for name, page in SHORT.items() if name.startswith("docs/comparisons/")]
     assert len(pages_of_peers) == 5
     for page in pages_of_peers:
-        blocks = WRITTEN.findall(page.read_text(encoding="utf-8"))
-        assert [name for name, _ in blocks] == [page.stem]
-        stated = re.findall(r"; commit ([0-9a-f]{8}, \w+ build), \d{4}-\d\d-\d\d; ", blocks[0][1])
-        assert len(stated) == 1, page
+        assert [name for name, _ in WRITTEN.findall(page.read_text(encoding="utf-8"))] == [page.stem]
+        assert len(stated(page)) == 1
+
+
+def test_every_measured_number_states_its_build():
+    """Every block states one commit without changes; outside of blocks no page that is measured has a table."""
+    for name in MEASURED:
+        assert stated(SHORT[name])
+        outside = WRITTEN.sub("", SHORT[name].read_text(encoding="utf-8"))
+        assert not re.search(r"^\|", outside, re.MULTILINE), name
 
 
 def test_every_picture_of_a_page_is_shown():
