@@ -141,7 +141,7 @@ def test_tables_of_a_comparison_state_one_commit_and_one_build():
 
 
 def test_every_measured_number_states_its_build():
-    """Every block states one commit without changes; outside of blocks no page that is measured has a table."""
+    """Every block states one commit without changes, and outside of blocks no such page has a table."""
     for name in MEASURED:
         assert stated(SHORT[name])
         outside = WRITTEN.sub("", SHORT[name].read_text(encoding="utf-8"))
