@@ -17,9 +17,9 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// Panels of one motion, and parts of a panel over which a rule with so many columns is extrapolated: few, and where these seem to
-/// show an error above its bound, many.
+/// show an error above its bound, more: where directions follow slow slips, the reference is stiff.
 const PANELS: usize = 4;
-const PARTS: [usize; 2] = [6, 60];
+const PARTS: [usize; 4] = [6, 60, 600, 6000];
 const COLUMNS: usize = 10;
 /// Part of a panel at which the reference of a slip that begins starts, with a drop of friction and without: its series leaves nothing
 /// out there. From then on, a part is so much longer than the one before: without a drop the equation is stiff.
