@@ -76,11 +76,15 @@ def falling(scene, held=""):
     return ss.State(position, velocity, combination, scene.dofs)
 
 
+def directions(scene):
+    """Return the normal and the tangential directions, a row each."""
+    count = range(len(scene.contacts))
+    return (np.array([of(i) for i in count]) for of in (scene.normal_direction, scene.tangential_direction))
+
+
 def couplings(scene):
     """Return the parts of ``D' M^-1 D`` between normals, and between normal and tangential directions."""
-    count = range(len(scene.contacts))
-    normal = np.array([scene.normal_direction(i) for i in count])
-    tangential = np.array([scene.tangential_direction(i) for i in count])
+    normal, tangential = directions(scene)
     return normal / scene.mass @ normal.T, normal / scene.mass @ tangential.T
 
 
@@ -92,9 +96,7 @@ def assert_laws(run):
     assert energy_residual(sampled) < 1e-11
     assert balance_residual(run) < 1e-12
     scene = run.scene
-    count = range(len(scene.contacts))
-    normal = np.array([scene.normal_direction(i) for i in count])
-    tangential = np.array([scene.tangential_direction(i) for i in count])
+    normal, tangential = directions(scene)
     restitution = np.array([contact.restitution for contact in scene.contacts])
     # Where a series ends, the impulses of its rest have no law of their own.
     single = ~np.isin(run.events.time[sampled.impacts], run.events.time[run.events.kind == "accumulation"])

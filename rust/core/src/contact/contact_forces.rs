@@ -164,12 +164,12 @@ fn force_functionals(
     map: &DMatrix<f64>,
 ) -> Vec<(Functional, Functional)> {
     let parts: Vec<&Functional> = rows.iter().flat_map(|(t, n)| [t, n]).collect();
-    let mut positions = sums_of(&parts, |part| &part.position, map).into_iter();
-    let mut velocities = sums_of(&parts, |part| &part.velocity, map).into_iter();
+    let mut terms =
+        [sums_of(&parts, |part| &part.position, map), sums_of(&parts, |part| &part.velocity, map)];
     let mut force = |k: usize| {
         let constants = parts.iter().enumerate().map(|(j, part)| map[(k, j)] * part.constant);
-        let terms = positions.next().zip(velocities.next()).unwrap_or_default();
-        Functional { position: terms.0, velocity: terms.1, constant: constants.sum() }
+        let [position, velocity] = terms.each_mut().map(|of| std::mem::take(&mut of[k]));
+        Functional { position, velocity, constant: constants.sum() }
     };
     (0..rows.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
 }

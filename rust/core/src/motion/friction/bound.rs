@@ -98,20 +98,17 @@ impl Kernel for Bound<'_> {
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
         let part = |of_scale: f64| (of_scale * scale).max(*least_tube);
-        let radius = slips.fold(part(TUBE), |radius, (one, sliding)| match one.law {
-            FrictionLaw::Tabulated(_) => radius.min(part(TUBE_OF_TABLES)),
-            _ => {
-                let radius = match one.law {
-                    FrictionLaw::Pieces(_) => radius.min(part(TUBE_OF_TABLES)),
-                    _ => radius,
-                };
-                let of_slip = sliding.series.reach(&one.law) / one.slip_norm;
-                let of_state = one
-                    .state
-                    .as_ref()
-                    .map_or(f64::INFINITY, |state| sliding.series.reach_of_state() / state.norm);
-                radius.min(TUBE_OF_SLIP * of_slip).min(TUBE_OF_SLIP * of_state)
-            }
+        let radius = slips.fold(part(TUBE), |radius, (one, sliding)| {
+            let of_pieces = match one.law {
+                FrictionLaw::Tabulated(_) | FrictionLaw::Pieces(_) => part(TUBE_OF_TABLES),
+                _ => f64::INFINITY,
+            };
+            let of_slip = sliding.series.reach(&one.law) / one.slip_norm;
+            let of_state = one
+                .state
+                .as_ref()
+                .map_or(f64::INFINITY, |state| sliding.series.reach_of_state() / state.norm);
+            radius.min(of_pieces).min(TUBE_OF_SLIP * of_slip).min(TUBE_OF_SLIP * of_state)
         });
         // Where slip has no mass, the slope of its law and its normal force are divided by.
         let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());

@@ -204,12 +204,15 @@ impl Coordinates {
                     whole[(whose[own[i]], whose[own[j]])] = group.delassus[(i, j)];
                 }
             }
+            if sums.is_empty() {
+                return whole;
+            }
             let mut spread = DMatrix::identity(stated.len(), stated.len());
             for (index, terms) in &sums {
                 spread[(whose[*index], whose[*index])] = 0.0;
                 terms.iter().for_each(|&(i, w)| spread[(whose[*index], whose[i])] = w);
             }
-            if sums.is_empty() { whole } else { &spread * whole * spread.transpose() }
+            &spread * whole * spread.transpose()
         });
         Ok(Self {
             slots: in_pairs(size, contacts, &slots),
@@ -232,17 +235,17 @@ impl Coordinates {
             .collect();
         let directions: Vec<Row> =
             stated.iter().flatten().map(|direction| direction.nonzero()).collect();
-        let group = Group::sparse(size, &directions)?;
+        let (slots, [forward, inverse]) = Group::sparse(size, &directions)?;
         let rows =
             |of: &[Row]| SparseMatrix::from_rows(size, |dof, entries| entries.extend(&of[dof]));
         Some(Self {
-            slots: in_pairs(size, contacts, &group.slots),
+            slots: in_pairs(size, contacts, &slots),
             missing: missing(contacts),
             dependents: SlavedCoordinates::default(),
             oblique: false,
             decoupled: false,
             dofs: size,
-            transform: Some(Transform::new(rows(&group.forward), || rows(&group.inverse))?),
+            transform: Some(Transform::new(rows(&forward), || rows(&inverse))?),
             delassus: None,
         })
     }

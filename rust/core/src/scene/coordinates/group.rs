@@ -132,7 +132,8 @@ impl Group {
 impl Group {
     /// All dofs of a scene in contact coordinates that mass couples with others, and that leave matrices sparse: only one dof
     /// of each direction is replaced, `x_s = inv(D_s') (q_c - D_f' x_f)`. None if the directions depend on each other.
-    pub fn sparse(size: usize, directions: &[Row]) -> Option<Self> {
+    /// Gives the replaced dofs, and the rows of T and of its inverse.
+    pub fn sparse(size: usize, directions: &[Row]) -> Option<(Vec<usize>, [Vec<Row>; 2])> {
         let slots = sparse_slots(size, directions)?;
         let count = slots.len();
         let mut owner: Vec<Option<usize>> = vec![None; size];
@@ -169,8 +170,7 @@ impl Group {
                 inverse[slots[direction]] = directions[direction].clone();
             }
         }
-        // Mass couples these coordinates with all others: nothing asks for the part between contacts, which is dense.
-        Some(Self { slots, forward, inverse, delassus: DMatrix::zeros(0, 0) })
+        Some((slots, [forward, inverse]))
     }
 }
 
