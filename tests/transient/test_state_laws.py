@@ -41,8 +41,8 @@ def test_the_law_of_lugre_in_a_users_words_is_lugres_law():
     assert len(runs[1].events) == 4
     # The numbers of other programs.
     assert runs[1].events.time[0] == pytest.approx(10.2660909412841, abs=1e-12)
-    # The bound of bristles knows that they decay; that of two formulas takes the size of each slope.
-    assert runs[0].counters["panels"] == pytest.approx(6_401, rel=0.01)
+    # Deflections of bristles follow from their balances in slip, the state of two formulas in time.
+    assert runs[0].counters["panels"] == pytest.approx(362, rel=0.1)
     assert runs[1].counters["panels"] == pytest.approx(11_324, rel=0.01)
     friction = [run.sample([0.5, 10.28]).friction_force.to_numpy() for run in runs]
     assert friction[1] == pytest.approx(friction[0], rel=1e-11)

@@ -12,16 +12,8 @@
 //! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
 //! t falls with f^DEGREE, and nothing else grows.
 //!
-//! The deflection c of bristles decays, `c' = .. - kappa mu c` beside `q' = .. + b mu c`, and where this is fast, a norm of all derivatives
-//! shortens panels that the series does not. In the norm `max(|q|, W |c|)` with `W >= 1` differences grow by the largest row sum with the
-//! sign of the diagonal, the logarithmic norm: `max(S + beta / W, W S - lambda)`, where S bounds what is neither of the two, `beta`
-//! is the largest of `|b| mu` and `lambda` the least of `kappa mu`. Both are equal for
-//!
-//! ```text
-//! W = (S + lambda + sqrt((S + lambda)^2 + 4 S beta)) / (2 S)
-//! ```
-//!
-//! and defects count W times at most.
+//! The deflection of bristles relaxes, and where this is fast, a norm of all derivatives shortens panels that the series does not.
+//! There L is a logarithmic norm, [`crate::motion::friction::state_norm`].
 //!
 //! The radius of that neighbourhood is free: any one proves the bound that is not above it. It is a part of the state, and where a
 //! motion decays to zero under forces that do not, at least twice `h r (e^L - 1) / L`: rounding of forces, which no state bounds.
@@ -35,6 +27,7 @@ use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::series::size_of;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::interval::Interval;
 use crate::numerics::simd::{Kernel, Lanes};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
@@ -193,8 +186,9 @@ impl Kernel for Bound<'_> {
         let apart = scene.coupled_mass.is_none() && operator.response.is_none() && of_contacts;
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
-        let (mut flowing, mut follows, mut weight) = (0.0, true, 1.0);
-        let decays = apart && operator.planes.is_empty();
+        let (mut flowing, mut follows) = (0.0, true);
+        // Of states that relax: how they do, and defects of their rows.
+        let (mut relaxing, mut relaxed, mut begins_apart) = (Vec::new(), [0.0_f64; 2], 0.0_f64);
         let units = (in_product + 16) as f64;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
@@ -227,7 +221,7 @@ impl Kernel for Bound<'_> {
                 }
                 false => 0.0,
             };
-            let round = UNIT * (terms * excess + of_slip * pressed)
+            let mut round = UNIT * (terms * excess + of_slip * pressed)
                 + (law.rounding + of_state) * pressed
                 + largest * unsharp;
             if let Some(flow) = &one.flow {
@@ -248,22 +242,29 @@ impl Kernel for Bound<'_> {
             }
             let slope = by_inputs * (pressed + off + unsharp + radius * pressed_by);
             let gain = largest * pressed_by + slope;
-            truncated = together(truncated, by_force * cut);
-            rounded = together(rounded, by_force * round);
-            let mut growth = one.force_norm * gain;
-            let least = match decays && one.decay > 0.0 {
-                true => lowest(&sliding.series.excess) - law.truncation - law.rounding,
-                false => -1.0,
-            };
-            if least >= 0.0 {
-                let others = operator.taylor.norm() + one.force_norm * slope;
-                let by_state = one.force_norm * largest * pressed_by;
-                let sum = others + one.decay * least * (1.0 - 1e-9);
-                let own = (sum + (sum * sum + 4.0 * others * by_state).sqrt()) / (2.0 * others);
-                growth = one.force_norm * slope + by_state / own;
-                weight = f64::max(weight, own);
+            match operator.states.as_ref().and_then(|states| states.state(place)) {
+                Some(row) => {
+                    let off_law =
+                        law.truncation + law.rounding + law.slope * radius * one.slip_norm;
+                    let least = lowest(&sliding.series.excess) - off_law;
+                    let wide = moved(&sliding.normal) + off + radius * one.normal_norm;
+                    let around = |at: f64| Interval { low: at - wide, high: at + wide };
+                    let turning = law.slopes() * around(sliding.normal[0]);
+                    relaxing.push(row.relaxation(turning, least));
+                    let by_force = taylor.width * row.force_norm;
+                    if sliding.followed.follows {
+                        round += sliding.followed.defect();
+                        begins_apart = begins_apart.max(row.in_norm(sliding.followed.apart));
+                    }
+                    relaxed = [(relaxed[0], cut), (relaxed[1], round)]
+                        .map(|(largest, own)| largest.max(by_force * own));
+                }
+                None => {
+                    truncated = together(truncated, by_force * cut);
+                    rounded = together(rounded, by_force * round);
+                    lipschitz = together(lipschitz, one.force_norm * gain);
+                }
             }
-            lipschitz = together(lipschitz, growth);
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
@@ -285,8 +286,14 @@ impl Kernel for Bound<'_> {
         let load = widened * taylor.width * taylor.force_norm(&operator.taylor);
         // What the rows did not count is missing in the next order, and in the event functions.
         rounded += UNIT * in_row * (reach * of_orders + load) + (1.0 + reach) * uncounted;
-        (truncated, rounded) = (weight * truncated, weight * rounded);
-        let exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
+        let mut exponent = (reach + widened * taylor.width * lipschitz).max(taylor.width * flowing);
+        if let Some(states) = &operator.states {
+            let [growth, of_state, largest] = states.growth(lipschitz, &relaxing, taylor.width);
+            exponent = taylor.width * growth;
+            relaxed[1] += begins_apart * (1.0 + exponent.max(0.0));
+            [truncated, rounded] = [(truncated, relaxed[0]), (rounded, relaxed[1])]
+                .map(|(others, own)| states.spread() * (largest * others + of_state * own));
+        }
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound

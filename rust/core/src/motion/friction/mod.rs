@@ -1,7 +1,7 @@
 //! Phases in which friction depends on slip speed, as Taylor series of the nonlinear equation of motion.
 
+mod balances;
 mod bound;
-mod elastic_plane;
 #[cfg(test)]
 mod fuzz;
 pub(crate) mod motion;
@@ -11,3 +11,4 @@ mod panel_end;
 pub(crate) mod plane;
 mod recurrences;
 pub(crate) mod series;
+mod state_norm;

@@ -12,6 +12,7 @@ use crate::motion::friction::operator::{LawOperator, Source};
 use crate::motion::friction::plane::{CONSTANT, PlaneSeries};
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
+use crate::motion::friction::series::followed_state::FollowedState;
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::series::panel_bound::ContactBounds;
@@ -32,20 +33,7 @@ pub(super) const STALLED: usize = 1000;
 /// Bound of truncation on a panel, relative to the state: two ulps.
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
-const GROWTH: f64 = 1.3;
-/// Times that a balance of forces is improved, each time by at least this factor.
-pub(super) const BALANCES: usize = 24;
-const SETTLES: f64 = 0.5;
-/// Part of the time to relax after which a balance is tried again, and how much wider than the panel before one is tried.
-const RELAXES: f64 = 0.2;
-const WIDENS: f64 = 4.0;
-/// How much wider than that of series in time a panel has to be that costs several of their recurrences.
-const WORTH: f64 = 4.0;
-/// Panels on which such a balance is tried, each narrower than the one before.
-const NARROWINGS: usize = 8;
-const NARROWER: f64 = 0.25;
-/// Units of rounding of a state below which a slip in a plane is at rest.
-const UNRESOLVED: f64 = 8.0;
+pub(super) const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -69,6 +57,8 @@ pub(super) struct Sliding {
     /// Where slip has no mass: what displacements add to R in the order beyond, and R at the origin at rest as for N.
     pub(super) friction_beyond: f64,
     pub(super) friction_at_origin: [f64; 2],
+    /// Of bristles.
+    pub(super) followed: FollowedState,
     /// Bound of the error of y.
     pub(super) error: f64,
     pub(super) bounds: ContactBounds,
@@ -153,14 +143,14 @@ pub(crate) struct LawMotion {
     /// Sums of the absolute values of the coefficients of every coordinate and velocity.
     pub(super) sizes: [Vec<f64>; 2],
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
-    share: f64,
+    pub(super) share: f64,
     /// How often the series was scaled to a shorter panel.
     pub(super) shortenings: usize,
     /// Those that slip in a plane.
     pub(super) planes: Vec<PlaneSeries>,
-    /// Width of the panel on which directions of slow slips followed last, and the time before which this is not tried again, s.
-    followed: f64,
-    untried_until: f64,
+    /// Width of the panel on which directions of slow slips or deflections followed last, and the time before which this is not tried again, s.
+    pub(super) followed: f64,
+    pub(super) untried_until: f64,
     /// The one whose slip ends with the panel, and the one whose slip has ended.
     pub(super) stopping: Option<usize>,
     stopped: Option<usize>,
@@ -195,7 +185,9 @@ impl Kernel for Shorten<'_> {
         taylor.shorten_by(&powers);
         planes.iter_mut().for_each(|series| series.shorten(&powers));
         scale(all, &powers);
-        for Sliding { series, state, normal, force, beyond, friction_beyond, .. } in contacts {
+        for sliding in contacts {
+            let Sliding { series, state, normal, force, beyond, friction_beyond, .. } = sliding;
+            sliding.followed.shorten(&powers);
             series.shorten(&powers);
             scale(state, &powers);
             scale(normal, &powers);
@@ -261,6 +253,7 @@ impl LawMotion {
             // Where slip has no mass, rounding of its start is left out.
             let speed = if one.flow.is_some() { speed.max(0.0) } else { speed };
             sliding.series.piece = one.law.piece(speed);
+            (sliding.followed.follows, sliding.followed.relaxed_at) = (false, 0.0);
             if !one.has_sign() && one.state.is_none() && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));
             }
@@ -331,26 +324,35 @@ impl LawMotion {
     }
 
     /// The series on the next panel, and how far it holds.
-    fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
+    pub(super) fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.width = operator.taylor.width();
         if self.stopped.is_some() {
             return;
         }
-        if self.share < 1.0 {
+        self.share = self.share.min(operator.widest());
+        if self.share != 1.0 {
             self.taylor.begin_within(self.share);
         }
         self.powers = [1.0; COEFFICIENTS];
         self.shortenings = 0;
-        self.recur_in_range(scene, operator);
-        for _ in 0..CHANGES {
-            if !self.change_pieces(operator) {
-                break;
-            }
+        // Deflections that have followed go on to do so, and need no series in time.
+        let has_pieces = || operator.contacts.iter().any(|one| !one.law.knots().is_empty());
+        let goes_on = operator.states.is_some() && self.followed.is_finite() && !has_pieces();
+        self.contacts.iter_mut().for_each(|one| one.followed.follows = false);
+        if !(goes_on && self.follow_balances(scene, operator)) {
             self.recur_in_range(scene, operator);
+            for _ in 0..CHANGES {
+                if !self.change_pieces(operator) {
+                    break;
+                }
+                self.recur_in_range(scene, operator);
+            }
+            self.ended = self.ended.or_else(|| self.end_of_flow(operator));
+            self.end_slip(scene, operator);
+            if !goes_on {
+                self.follow_balances(scene, operator);
+            }
         }
-        self.ended = self.ended.or_else(|| self.end_of_flow(operator));
-        self.end_slip(scene, operator);
-        self.follow_directions(scene, operator);
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -363,14 +365,15 @@ impl LawMotion {
         self.least_tube = 0.0;
         for _ in 0..TRIALS {
             let bound = self.bound(scene, operator, scale);
-            let size = scale.max(self.least_tube);
+            let size = self.size_of_followed(operator, scale).max(self.least_tube);
             let factor = (TRUNCATION * size / bound.truncation()).powf(1.0 / COEFFICIENTS as f64);
             let factor = factor.min(STEEPEST / bound.exponent);
             if bound.holds {
                 // None of it grows on a shorter panel, and truncation of the state falls with the 30th power of the width.
                 // What the series of a slip that begins or is slow leaves out begins at lower orders.
+                // How far a deflection begins from its balance does not fall at all.
                 let all = |one: &PlaneSeries| one.begins() || one.follows();
-                if factor < 1.0 && self.planes.iter().any(all) {
+                if factor < 1.0 && (self.planes.iter().any(all) || self.has_followed_state()) {
                     self.shorten(factor);
                     continue;
                 }
@@ -398,103 +401,12 @@ impl LawMotion {
             self.ended = self.ended.or_else(|| self.undefined(operator, scale));
         }
         self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
-        self.share = GROWTH * self.taylor.width / operator.taylor.width();
+        let width = self.taylor.width;
+        match self.has_followed_state() {
+            true => self.followed = width,
+            false => self.share = GROWTH * width / operator.taylor.width(),
+        }
         self.cut(operator, scale);
-    }
-
-    /// Lets the directions of slow slips follow from the balance of forces, on a wider panel, where they have come to that: the widest
-    /// one, in steps, on which the balance settles beside the other slips.
-    fn follow_directions(&mut self, scene: &Scene, operator: &LawOperator) {
-        let [start, width] = [self.taylor.start(), self.taylor.width];
-        if self.stopping.is_some() || start < self.untried_until {
-            return;
-        }
-        let full = operator.taylor.width();
-        let mut wide = full.min(WIDENS * self.followed);
-        let mut tried = None;
-        for _ in 0..NARROWINGS {
-            let planes = operator.planes.iter().zip(&self.planes);
-            wide =
-                planes.fold(wide, |w, (one, series)| series.widest(one, [w, full], start).min(w));
-            if wide <= WORTH * width || !self.let_follow(operator, wide) {
-                break;
-            }
-            tried = Some(wide);
-            self.taylor.begin_within(wide / self.taylor.width);
-            if self.settle(scene, operator) {
-                self.followed = wide;
-                return;
-            }
-            wide *= NARROWER;
-        }
-        if let Some(wide) = tried {
-            (self.followed, self.untried_until) = (f64::INFINITY, start + wide);
-            self.let_follow(operator, 0.0);
-            self.taylor.begin_within(width / self.taylor.width);
-            self.recur_in_range(scene, operator);
-        }
-    }
-
-    /// Lets the directions follow that relax many times over a panel; whether any does.
-    fn let_follow(&mut self, operator: &LawOperator, width: f64) -> bool {
-        let start = self.taylor.start();
-        let planes = operator.planes.iter().zip(&mut self.planes);
-        let follows = planes.map(|(one, series)| series.let_follow(one, width, start));
-        follows.filter(|follows| *follows).count() > 0
-    }
-
-    /// Whether the balances of slow slips settle on the panel as wide as it is, near the slips that it begins with. Those that begin
-    /// elsewhere have to come to them first.
-    fn settle(&mut self, scene: &Scene, operator: &LawOperator) -> bool {
-        let rounding = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
-        let (start, width) = (self.taylor.start(), self.taylor.width);
-        let mut before = f64::INFINITY;
-        for left in (0..BALANCES).rev() {
-            self.recur(scene, operator);
-            let following = operator.planes.iter().zip(&mut self.planes);
-            let following = following.filter(|(_, series)| series.follows());
-            let mut largest = 0.0f64;
-            let mut away = Vec::new();
-            for (one, series) in following {
-                let [change, apart] = series.improve(one, width);
-                largest = worse(largest, change / series.limit[0]);
-                let off = apart / (rounding * one.slip_norm);
-                if !(off <= 1.0) {
-                    let time = RELAXES * off.ln() / series.relaxation(one);
-                    away.push((series, start + time));
-                }
-            }
-            if largest <= UNRESOLVED * UNIT {
-                let settles = away.is_empty();
-                away.into_iter().for_each(|(series, time)| series.relaxed_at = time);
-                return settles;
-            }
-            let gain = largest / before;
-            if !(gain < SETTLES && largest * gain.powi(left as i32) <= UNRESOLVED * UNIT) {
-                break;
-            }
-            before = largest;
-        }
-        false
-    }
-
-    /// Makes the panel the last one of a slip in a plane that ends within it.
-    fn end_slip(&mut self, scene: &Scene, operator: &LawOperator) {
-        self.stopping = None;
-        let (rate, width, constant) =
-            (operator.taylor.norm(), operator.taylor.width(), self.constant);
-        let unresolved = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
-        let panel = self.taylor.width;
-        let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
-        let ends = ends.filter_map(|(place, (one, series))| {
-            Some((place, series.end(one, [width, panel], rate, [constant, unresolved])?))
-        });
-        let Some((place, time)) = ends.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-        let others = self.planes.iter_mut().enumerate().filter(|&(other, _)| other != place);
-        others.for_each(|(_, series)| series.end_later());
-        self.taylor.begin_within(time / self.taylor.width);
-        self.recur(scene, operator);
-        self.stopping = Some(place);
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {

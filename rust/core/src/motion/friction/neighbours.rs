@@ -4,7 +4,8 @@
 //! `dy = a dS + b dN`, and of a formula with a state z by `dy = a dS + c dz + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::motion::{BALANCES, LawMotion, STALLED, Sliding, worse};
+use crate::motion::friction::balances::BALANCES;
+use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::{NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes};
 use crate::motion::taylor::motion::TRUNCATION;
@@ -43,6 +44,8 @@ impl LawMotion {
     ) {
         let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
         self.constant = NO_TIME;
+        // A neighbour has deflections that have not relaxed.
+        self.follow_none(scene, operator);
         loop {
             let slopes: Vec<Slopes> = operator
                 .contacts

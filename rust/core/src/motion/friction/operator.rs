@@ -14,9 +14,10 @@ use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
-use crate::motion::friction::elastic_plane::products;
 use crate::motion::friction::plane::PlaneContact;
+use crate::motion::friction::series::elastic_plane::products;
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
+use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
@@ -50,6 +51,8 @@ pub(crate) struct LawOperator {
     pub(super) terms: usize,
     /// Whether no two contacts act on one row.
     pub(super) apart: bool,
+    /// Where bristles relax, contacts are apart, and nothing else is nonlinear.
+    pub(super) states: Option<StateNorm>,
 }
 
 /// Where the coefficients of an event function are.
@@ -287,7 +290,17 @@ impl LawOperator {
         let paired = contacts.len() - alone;
         let rows = || contacts.iter().flat_map(|one| one.direction.iter().map(|term| term.0));
         let apart = rows().collect::<BTreeSet<usize>>().len() == rows().count();
-        Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart })
+        let alone = apart && planes.is_empty() && response.is_none();
+        let states = (alone && !contacts.iter().any(LawContact::is_element))
+            .then(|| StateNorm::new(own, &taylor, &contacts))
+            .flatten();
+        Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart, states })
+    }
+
+    /// The widest panel relative to that of the linear motion, whose norm counts what bristles take back.
+    pub fn widest(&self) -> f64 {
+        let of = |states: &StateNorm| (self.taylor.norm() / states.others()).max(1.0);
+        self.states.as_ref().map_or(1.0, of)
     }
 
     /// What bounds of matrices grow by in the norm with both velocities of a plane as one entry, where the norm is the largest one.

@@ -42,7 +42,7 @@ pub(super) const CONSTANT: f64 = 1e-8;
 pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
 /// Times that the direction of slip relaxes over a panel from which on it follows from a balance, and the part of what is left of a
 /// slip that such a panel has at most; and times that it relaxes over a panel that a series in time follows.
-const STIFF: f64 = 40.0;
+pub(super) const STIFF: f64 = 40.0;
 const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
 /// A coefficient of the direction from which on a panel is too wide for its series.

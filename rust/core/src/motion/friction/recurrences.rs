@@ -5,7 +5,9 @@ use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::{PlaneSeries, Planes};
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
+use crate::motion::friction::series::followed_state::Balance;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
+use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::motion::taylor::rows::Forces;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -44,7 +46,10 @@ trait Given {
 /// Dense rows: the coefficients of velocities and places of the order, and normal forces.
 struct ByRows<'a> {
     state: [&'a [f64]; 2],
+    accelerations: &'a [f64],
     outputs: &'a [f64],
+    states: Option<&'a StateNorm>,
+    width: f64,
 }
 
 impl Given for ByRows<'_> {
@@ -66,7 +71,20 @@ impl Given for ByRows<'_> {
         // Elements come after the contacts, and have no rows.
         let normal = if one.is_element() { 0.0 } else { self.outputs[index] };
         let state = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, u));
-        sliding.step(one, k, [slip, normal, state], middle, coupled)
+        let factors = sliding.step(one, k, [slip, normal, state], middle, coupled);
+        if sliding.followed.follows
+            && let Some(row) = self.states.and_then(|states| states.state(index))
+        {
+            let balance = Balance {
+                known: self.accelerations[row.coordinate],
+                rate: 1.0 / self.width,
+                acceleration: row.acceleration,
+                deflection: row.deflection,
+            };
+            let Sliding { followed, series, force, .. } = sliding;
+            force[k] = followed.order(k, &balance, &series.excess, force[k]);
+        }
+        factors
     }
 }
 
@@ -138,7 +156,9 @@ impl Forces for Friction<'_> {
     fn follow<S: Lanes>(&mut self, simd: S, k: usize, state: [&[f64]; 2], rows: [&[f64]; 2]) {
         let Self { laws, planes, forces, width } = self;
         let [accelerations, outputs] = rows;
-        laws.extend(simd, k, &mut ByRows { state, outputs });
+        let states = laws.operator.states.as_ref();
+        let mut given = ByRows { state, accelerations, outputs, states, width: *width };
+        laws.extend(simd, k, &mut given);
         let Laws { operator, contacts, .. } = laws;
         let of_laws = |row: usize| -> f64 {
             let all = operator.contacts.iter().zip(&**contacts).flat_map(|(one, sliding)| {
@@ -168,6 +188,16 @@ impl Forces for Friction<'_> {
             None => self.laws.contacts[place].force[k],
             Some(place) => self.forces[place / 2][place % 2],
         }
+    }
+
+    #[inline(always)]
+    fn velocities(&self, k: usize) -> impl Iterator<Item = (usize, f64)> {
+        let Laws { operator, contacts, .. } = &self.laws;
+        let rows = operator.states.iter().flat_map(StateNorm::rows);
+        rows.zip(&**contacts).filter_map(move |(row, sliding)| {
+            let row = row.filter(|_| sliding.followed.follows)?;
+            Some((row.coordinate, sliding.followed.velocity(k + 1)))
+        })
     }
 }
 

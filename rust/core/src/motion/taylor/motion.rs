@@ -290,6 +290,11 @@ impl TaylorMotion {
         (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
     }
 
+    /// Begins the panel with another velocity of a coordinate.
+    pub(crate) fn set_rate(&mut self, coordinate: usize, rate: f64) {
+        self.terms[self.size + coordinate] = self.width * rate;
+    }
+
     /// What the motion adds to the load of a row in order k, `-(K q + C q')`.
     pub(crate) fn load_of(&self, scene: &Scene, row: usize, k: usize) -> f64 {
         let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);

@@ -400,6 +400,9 @@ pub(crate) trait Forces {
 
     /// One of them.
     fn force(&self, place: usize, k: usize) -> f64;
+
+    /// Velocities of coordinates of order k + 1 that are known better than by their rows.
+    fn velocities(&self, k: usize) -> impl Iterator<Item = (usize, f64)>;
 }
 
 /// The forces of a linear equation, whose rows hold all of them.
@@ -412,6 +415,11 @@ impl Forces for NoForces {
     #[inline(always)]
     fn force(&self, _: usize, _: usize) -> f64 {
         0.0
+    }
+
+    #[inline(always)]
+    fn velocities(&self, _: usize) -> impl Iterator<Item = (usize, f64)> {
+        std::iter::empty()
     }
 }
 
@@ -513,6 +521,10 @@ impl<F: Forces> Orders<'_, F> {
                 let own;
                 (own, remaining) = remaining.split_at_mut(remaining.len().min(GROUP));
                 store(sum, own);
+            }
+            for (place, velocity) in forces.velocities(k) {
+                let term = velocity * width / f64::from(k as u32 + 2);
+                (numbers(u)[place], numbers(newest)[place], found[place]) = (velocity, term, term);
             }
             (q, terms) = (before, found);
             rows = if kept > 0 { others } else { own };

@@ -2,6 +2,7 @@
 
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::interval::Interval;
 use crate::numerics::simd::GROUP;
 
 /// One unit of rounding.
@@ -22,6 +23,23 @@ pub(crate) struct LawBounds {
     pub rounding: f64,
     /// Largest |d mu / dS| for S within the panel, and somewhat beyond.
     pub slope: f64,
+    /// `d mu / dS` there of a formula; nothing where it is not sought.
+    pub slopes: Option<Interval>,
+}
+
+impl LawBounds {
+    /// Of a law that has no series on the panel.
+    pub const NONE: Self = Self {
+        truncation: f64::INFINITY,
+        rounding: f64::INFINITY,
+        slope: f64::INFINITY,
+        slopes: None,
+    };
+
+    /// `d mu / dS`
+    pub fn slopes(&self) -> Interval {
+        self.slopes.unwrap_or(Interval { low: -self.slope, high: self.slope })
+    }
 }
 
 /// Sum of absolute values, in sums that do not wait for each other.

@@ -249,15 +249,17 @@ impl LawSeries {
         // Sums of at most three terms, whose scaling rounds both sides.
         let short = (3 + 2 * shortenings) as f64 * excess;
         let bounds = match law {
-            FrictionLaw::Linear { slope, .. } => {
-                LawBounds { truncation: 0.0, rounding: UNIT * short, slope: slope.abs() }
-            }
+            FrictionLaw::Linear { slope, .. } => LawBounds {
+                truncation: 0.0,
+                rounding: UNIT * short,
+                slope: slope.abs(),
+                slopes: Some((*slope).into()),
+            },
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let falling = (at_rest - kinetic).abs();
                 let largest = decay.value((slip[0] - wide) / speed);
                 if !is_decay(largest) {
-                    let none = f64::INFINITY;
-                    return LawBounds { truncation: none, rounding: none, slope: none };
+                    return LawBounds::NONE;
                 }
                 let errors = decay.errors(&DecayPanel {
                     speed: *speed,
@@ -282,6 +284,7 @@ impl LawSeries {
                     truncation: falling * cut,
                     rounding: UNIT * (falling * rounded + short) + falling * dropped,
                     slope: viscous + falling / speed * steepest,
+                    slopes: None,
                 }
             }
             FrictionLaw::Tabulated(table) => {
@@ -298,15 +301,13 @@ impl LawSeries {
                     rounding: UNIT * ((2.0 * product + 4.0) * terms + short),
                     slope: of_neighbours
                         .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
+                    slopes: None,
                 }
             }
             FrictionLaw::Formula(formula) => {
                 self.formula.bounds(formula, [(slip[0], wide), (0.0, 0.0)], shortenings).0
             }
-            FrictionLaw::Pieces(_) => {
-                let none = f64::INFINITY;
-                LawBounds { truncation: none, rounding: none, slope: none }
-            }
+            FrictionLaw::Pieces(_) => LawBounds::NONE,
         };
         match whole {
             FrictionLaw::Pieces(_) => {
@@ -314,7 +315,7 @@ impl LawSeries {
                     .filter(|(border, _)| (slip[0] - border).abs() <= wide);
                 let slopes =
                     near.map(|(border, _)| whole.steepness(border - beyond, border + beyond)[0]);
-                LawBounds { slope: slopes.fold(bounds.slope, f64::max), ..bounds }
+                LawBounds { slope: slopes.fold(bounds.slope, f64::max), slopes: None, ..bounds }
             }
             _ => bounds,
         }

@@ -2,6 +2,8 @@
 
 pub(crate) mod coefficients;
 pub(crate) mod convolutions;
+pub(crate) mod elastic_plane;
+pub(crate) mod followed_state;
 pub(crate) mod formula_series;
 pub(crate) mod law_contact;
 pub(crate) mod law_series;

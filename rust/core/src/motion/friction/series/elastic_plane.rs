@@ -18,7 +18,7 @@ use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// Law, argument and factor of each product along the first direction of a contact.
-pub(super) fn products(
+pub(crate) fn products(
     scene: &Scene,
     [contact, beside]: [usize; 2],
     plane: &ElasticPlane<'_>,
