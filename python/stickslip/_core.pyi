@@ -242,7 +242,8 @@ class Path:
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
 
-# eigenvalue: least stable, unstable_modes: number, steady_sliding: (k,); normal_force: (k, c)
+# eigenvalue: least stable, unstable_modes, unstable_eigenvalues: numbers, steady_sliding: (k,);
+# normal_force: (k, c)
 
 @final
 class Trajectory:

@@ -317,7 +317,8 @@ def test_a_curve_becomes_thin_where_it_meets_another_one(published):
         assert np.concatenate([first, second[1:]]) / boundary.spans == pytest.approx(drawn, abs=0)
         # At the nearest of the points drawn.
         nearest = np.linalg.norm(drawn - place, axis=1).min()
-        assert np.linalg.norm(first[-1] / boundary.spans - place) == nearest
+        gap = np.linalg.norm(first[-1] / boundary.spans - place)
+        assert gap == pytest.approx(nearest, rel=1e-14)
 
 
 def test_nothing_to_find_is_an_empty_boundary():

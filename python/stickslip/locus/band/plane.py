@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -41,6 +42,9 @@ class BandSearch(Search):
 
     Use `over` to begin with.
     """
+
+    #: Until the modes of the band are counted at the points of a curve, how many are missing is not known.
+    uncounted: ClassVar[float] = np.nan
 
     space: BandSpace = field(kw_only=True)
 

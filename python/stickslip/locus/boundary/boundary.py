@@ -147,7 +147,7 @@ def boundary_of(search: Search) -> StabilityBoundary:
     growth = xr.DataArray(search.growth.T, coords=axes, dims=list(ends), attrs={"units": "1/s"})
     return StabilityBoundary(
         ends,
-        [_curve(trace, labels) for trace in search.traces],
+        [_curve(trace, labels, search.uncounted) for trace in search.traces],
         points,
         xr.Dataset({"growth_rate": growth}),
         {name: (upper - lower) / search.cells for name, (lower, upper) in ends.items()},
@@ -155,7 +155,7 @@ def boundary_of(search: Search) -> StabilityBoundary:
     )
 
 
-def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
+def _curve(trace: Trace, labels: list[str], uncounted: float) -> BoundaryCurve:
     condition = trace.condition
     plane = condition.plane
     contact, frequency = condition.contact, np.full(len(trace.points), np.nan)
@@ -173,7 +173,7 @@ def _curve(trace: Trace, labels: list[str]) -> BoundaryCurve:
         unstable_modes=np.array([growing(values[values.imag >= 0.0]) for values in beside]),
         steady_sliding=np.array([is_steady(condition, y) for y in trace.points]),
         error=trace.errors,
-        missing=np.zeros(len(trace.points)) if trace.missing is None else trace.missing,
+        missing=np.full(len(trace.points), uncounted) if trace.missing is None else trace.missing,
         ends=trace.ends,
         contact=contact,
         name=None if contact is None else labels[contact],

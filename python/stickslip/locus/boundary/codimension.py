@@ -26,6 +26,8 @@ from stickslip.scene.checks import Complex, Index, Real
 
 #: Distance, of the ranges, up to which two points of one kind are the same.
 SAME = 1e-7
+#: Part of the way between two points of a curve from which Newton's method goes on for both conditions.
+_NEAR = 1e-8
 #: Real part of an eigenvalue below this part of its modulus is taken to vanish.
 _ZERO = 1e-6
 
@@ -93,7 +95,7 @@ def _second_eigenvalue(trace: Trace, k: int, rank: int) -> list[Meeting]:
     def real_part(y: Real, along: Real) -> float:
         return float(others(trace, y)[rank].real)
 
-    found = located(trace, k, real_part)
+    found = located(trace, k, real_part, _NEAR)
     if found is None:
         return []
     y = found[0]
@@ -117,7 +119,7 @@ def _second_eigenvalue(trace: Trace, k: int, rank: int) -> list[Meeting]:
 def _separation(trace: Trace, k: int, contact: int) -> list[Meeting]:
     """Return where a margin vanishes between two points of a Hopf curve."""
     plane = trace.condition.plane
-    found = located(trace, k, lambda y, along: float(_relative(plane, y)[contact]))
+    found = located(trace, k, lambda y, along: float(_relative(plane, y)[contact]), _NEAR)
     if found is None or abs(_relative(plane, found[0])[contact]) > _ZERO:
         return []
     second = Separation(plane, found[0][:2], contact)

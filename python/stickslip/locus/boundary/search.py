@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -55,6 +56,9 @@ _HALVINGS, _AT_BOUND = 24, 1e-5
 class Search:
     """The curves of a plane, and what is known of its map."""
 
+    #: How many eigenvalues are missing at a point where they were not counted: none, as all are computed.
+    uncounted: ClassVar[float] = 0.0
+
     plane: Plane
     #: Number of lines in each parameter.
     cells: int
@@ -63,14 +67,14 @@ class Search:
     doubts: list[str] = field(default_factory=list)
     #: Largest growth rate, 1/s, rows of the second parameter; nan where it is not known.
     growth: Real = field(init=False)
+    #: Numbers of growing eigenvalues, as `growth`.
+    counts: Index = field(init=False)
     #: By bound of the band, 1/s: where on a line a growing mode crosses it.
     through: dict[float, list[Real]] = field(default_factory=dict)
-    #: Numbers of growing modes, as `growth`.
-    modes: Index = field(init=False)
 
     def __post_init__(self) -> None:
         self.growth = np.full((FINER * self.cells, FINER * self.cells), np.nan)
-        self.modes = np.zeros(self.growth.shape, dtype=int)
+        self.counts = np.zeros(self.growth.shape, dtype=int)
 
     def run(self) -> Iterator[tuple[int, int]]:
         """Find everything; yield how many lines and rows of all are done, so that a caller may stop."""
@@ -84,7 +88,7 @@ class Search:
         contradictory: list[float] = []
         neutral = self.is_neutral()
         for k, place in enumerate(_middles(rows)):
-            self.growth[k], self.modes[k], agrees = self.compare(place, rows)
+            self.growth[k], self.counts[k], agrees = self.compare(place, rows)
             if not agrees and neutral:
                 raise InputError(
                     "model: a mode neither grows nor decays over all of the map, as without damping: its "
@@ -103,8 +107,8 @@ class Search:
             contradictory = [place for place in contradictory if not self.compare(place, rows)[2]]
         if self.plane.region is not None:
             # Along columns; along rows it is known from the comparison.
-            for place, counts in zip(_middles(rows), self.modes.T, strict=True):
-                self._departed(1, place, 2 * counts)
+            for place, counts in zip(_middles(rows), self.counts.T, strict=True):
+                self._departed(1, place, counts)
         self._name_corners()
         name = self.plane.names[1]
         for place in contradictory:
@@ -138,7 +142,7 @@ class Search:
             where = np.array([point.place, place] if axis == 0 else [place, point.place])
             condition = self._condition(point, where)
             trace = traced(condition, condition.start)
-            met = [] if trace is None else crossings(trace, axis, place)
+            met = [] if trace is None else crossings(trace, axis, place, exact=True)
             if trace is None or not any(_same(point, other) for other in met):
                 at = self.plane.described(where)
                 self.doubts.append(f"no curve is found through the {point.kind} point at {at}")
@@ -174,52 +178,53 @@ class Search:
             or (kind in ("hopf", "divergence") and self.plane.seen(np.array([eigenvalue])).size)
         ]
 
-    def crossings(self, axis: int, place: float) -> list[Crossing]:
-        """Return where the known curves cross a line, in ascending order."""
-        met = [point for trace in self.traces for point in crossings(trace, axis, place)]
+    def crossings(self, axis: int, place: float, *, exact: bool = True) -> list[Crossing]:
+        """Return where the known curves cross a line, in ascending order; `exact` or on their cubics."""
+        met = [point for trace in self.traces for point in crossings(trace, axis, place, exact=exact)]
         return sorted(met, key=lambda point: point.place)
 
     def compare(self, place: float, count: int) -> tuple[Real, Index, bool]:
-        """Return growth rates and numbers of growing modes along a row, and whether curves tell these."""
+        """Return growth rates and numbers of growing eigenvalues along a row, and whether curves tell these.
+
+        Where the cubics between points of curves don't tell them, points of the curves themselves may.
+        """
         places = np.array(_middles(count))
-        rates, modes, steady = self.verdicts(places, place)
-        met = self.crossings(0, place)
-        near = np.array([any(abs(point.place - at) < _BESIDE for point in met) for at in places])
-        agrees = self._tells_counts(place, places, modes, met, near) and _tells_sliding(
-            places, steady, met, near
-        )
-        return np.where(steady, rates, np.nan), modes, agrees
+        rates, counts, steady = self.verdicts(places, place)
+        agrees = False
+        for exact in (False, True):
+            met = self.crossings(0, place, exact=exact)
+            at = np.array([point.place for point in met])
+            near = (np.abs(places[:, None] - at) < _BESIDE).any(axis=1)
+            agrees = self._tells_counts(place, places, counts, met, near) and _tells_sliding(
+                places, steady, met, near
+            )
+            if agrees:
+                break
+        return np.where(steady, rates, np.nan), counts, agrees
 
     def _tells_counts(
-        self, place: float, places: Real, modes: Index, met: list[Crossing], near: Flags
+        self, place: float, places: Real, counts: Index, met: list[Crossing], near: Flags
     ) -> bool:
-        """Return whether numbers of growing modes change along a row only where curves cross it."""
-        first = self._count(places[0], place) if modes[0] else 0
-        expected = first + np.array([_begun(met, places[0], at) for at in places])
-        # A growing pair is one mode, and so is a growing real eigenvalue.
-        wrong = np.flatnonzero((2 * modes != expected) & ~near)
-        if not wrong.size:
-            return True
-        whole = np.array([self._count(places[k], place) for k in wrong])
-        if self.plane.region is not None:
-            every = np.array([self._count(at, place) for at in places])
-            whole += self._departed(0, place, every)[wrong]
-        return bool((whole == expected[wrong]).all())
+        """Return whether numbers of growing eigenvalues change along a row only where curves cross it."""
+        expected = counts[0] + np.array([_begun(met, places[0], at) for at in places])
+        if (wrong := (counts != expected) & ~near).any() and self.plane.region is not None:
+            wrong &= counts + self._departed(0, place, counts) != expected
+        return not wrong.any()
 
     def verdicts(self, places: Real, place: float) -> tuple[Real, Index, Flags]:
-        """Return the largest growth rates, numbers of growing modes, and whether there is steady sliding."""
+        """Return largest growth rates, numbers of growing eigenvalues, whether there is steady sliding."""
         if self.plane.region is None:
             found = self.plane.line(0, place).growth(np.array([self._value(0, at) for at in places]))
-            return found["eigenvalue"].real, found["unstable_modes"], found["steady_sliding"]
-        rates, modes = np.full(places.size, np.nan), np.zeros(places.size, dtype=int)
+            return found["eigenvalue"].real, found["unstable_eigenvalues"], found["steady_sliding"]
+        rates, counts = np.full(places.size, np.nan), np.zeros(places.size, dtype=int)
         steady = np.zeros(places.size, dtype=bool)
         for k, at in enumerate(places):
             y = np.array([at, place])
             seen = self.plane.seen(eigenvalues(self.plane, y))
             rates[k] = seen.real.max(initial=-np.inf)
-            modes[k] = growing(seen[seen.imag >= 0.0])
+            counts[k] = growing(seen)
             steady[k] = slides(self.plane, y)
-        return np.where(np.isfinite(rates), rates, np.nan), modes, steady
+        return np.where(np.isfinite(rates), rates, np.nan), counts, steady
 
     def _count(self, u: float, v: float) -> int:
         """Return how many eigenvalues grow at a point."""
@@ -280,11 +285,19 @@ class Search:
         for sign in (1.0, -1.0):
             for j, i in np.argwhere(_peaks(sign * self.growth)):
                 place = self._peak(np.array([i, j]), sign)
-                rows += [] if place is None else [place]
+                rows += [] if place is None or self._tells_count(place) else [float(place[1])]
         return rows
 
-    def _peak(self, cell: Index, sign: float) -> float | None:
-        """Return the row at which growth changes its sign near an extreme, None where it does not."""
+    def _tells_count(self, place: Real) -> bool:
+        """Return whether as many eigenvalues grow at a place as the curves say that cross its row."""
+        u, v = map(float, place)
+        first = 0.5 / len(self.growth)
+        counts = self.verdicts(np.array([first, u]), v)[1]
+        met = self.crossings(0, v, exact=False)
+        return bool(counts[1] - counts[0] == _begun(met, first, u) - _begun(met, u, first))
+
+    def _peak(self, cell: Index, sign: float) -> Real | None:
+        """Return a place at which growth has another sign near an extreme, None where it has not."""
         count = len(self.growth)
         centre, half = (cell + 0.5) / count, 1.0 / count
         best = sign * self.growth[cell[1], cell[0]]
@@ -297,7 +310,7 @@ class Search:
             gained = rates[j, i] - best
             best, centre, half = rates[j, i], np.array([u[i], v[j]]), 0.5 * half
             if best > 0.0:
-                return float(centre[1])
+                return centre
             # Near an extreme what is gained shrinks by four each time; it may shrink by two at a corner.
             if best + _REACH * max(gained, 0.5 * np.ptp(rates)) < 0.0:
                 return None

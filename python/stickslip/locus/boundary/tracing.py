@@ -25,6 +25,10 @@ _ANGLE, _REFUSED = 0.15, 0.5
 _EDGE = 1e-6
 #: Part of a tangent below which it is rounding.
 _STRAIGHT = 1e-10
+#: Part of a direction of growth below which it may be rounding.
+_TURNING = 1e-6
+#: Halvings until a cubic is known to have a value: one leaves the curve by more than their error.
+_PARTED = 24
 #: Points of one curve at most.
 _POINTS = 20_000
 #: Frequency, of that at the start, at which a Hopf curve ends: the error of the end is its square.
@@ -45,6 +49,8 @@ class Trace:
     tangents: Real
     #: By how much the condition misses at every point, (k,).
     errors: Real
+    #: `Condition.growth` at every point, (k, 2).
+    growth: Real
     #: Why the curve ends at either side: ``range``, ``band``, ``zero_frequency``, ``closed``, or ``lost``.
     ends: tuple[str, str]
     #: Places in `points` at which the curve turns, with the axis, 0 or 1, in which it does.
@@ -71,6 +77,7 @@ class Crossing:
     omega: float
     #: +1 where growth, or opening, begins as the parameter of the line grows
     direction: int
+    #: of a separation, whether steady sliding begins or ends there
     steady: bool
 
     @property
@@ -217,16 +224,25 @@ def _finished(
     # An end at the start is that point twice.
     kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
     tangents: list[Real] = []
-    errors = []
+    errors, growth = [], []
     way = None
     for y in kept:
         errors.append(condition.settle(y))
         along = tangent(condition.equations(y)[1])
+        growth.append(condition.growth(y))
         if way is None and len(kept) > 1:
             way = kept[1] - kept[0]
         tangents.append(along if way is None or along @ way >= 0.0 else -along)
         way = tangents[-1]
-    trace = Trace(condition, np.array(kept), np.array(tangents), np.array(errors), ends, missing=missing)
+    trace = Trace(
+        condition,
+        np.array(kept),
+        np.array(tangents),
+        np.array(errors),
+        np.array(growth),
+        ends,
+        missing=missing,
+    )
     for axis in (0, 1):
         _turned(trace, axis)
     return trace
@@ -248,6 +264,7 @@ def _turned(trace: Trace, axis: int) -> None:
         trace.points = np.insert(trace.points, k + 1, y, axis=0)
         trace.tangents = np.insert(trace.tangents, k + 1, tangent_there, axis=0)
         trace.errors = np.insert(trace.errors, k + 1, error)
+        trace.growth = np.insert(trace.growth, k + 1, trace.condition.growth(y), axis=0)
         if trace.missing is not None:
             trace.missing = np.insert(trace.missing, k + 1, np.nan)
         trace.turns = [(place + (place > k), which) for place, which in trace.turns]
@@ -263,37 +280,62 @@ def hermite(trace: Trace, k: int, t: float) -> Real:
     return y
 
 
-def crossings(trace: Trace, axis: int, place: float) -> list[Crossing]:
-    """Return where a curve crosses a line along a parameter (`axis`), the other at a place."""
+def crossings(trace: Trace, axis: int, place: float, *, exact: bool) -> list[Crossing]:
+    """Return where a curve crosses a line along a parameter (`axis`), the other at a place.
+
+    That is on the cubics between its points or, if it has to be `exact`, where the condition holds.
+    """
     condition, across = trace.condition, trace.points[:, 1 - axis] - place
     found = []
     for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)):
-        y = _crossing(trace, int(k), 1 - axis, place)
-        direction = int(np.sign(condition.growth(y)[axis]))
+        y = hermite(trace, int(k), _part(trace, int(k), 1 - axis, place))
+        if exact:
+            y = _on_curve(trace, int(k), 1 - axis, place, y)
         found.append(
             Crossing(
                 condition.kind,
                 condition.contact,
                 float(y[axis]),
                 condition.omega(y),
-                direction,
-                is_steady(condition, y),
+                _direction(trace, int(k), axis, y),
+                condition.contact is not None and is_steady(condition, y),
             )
         )
     return found
 
 
-def _crossing(trace: Trace, k: int, axis: int, value: float) -> Real:
-    """Return the point between points k and k + 1 of a curve at which a coordinate has a value."""
-    low, high = 0.0, 1.0
-    below = trace.points[k, axis] < value
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        if (hermite(trace, k, middle)[axis] < value) == below:
-            low = middle
+def _direction(trace: Trace, k: int, axis: int, y: Real) -> int:
+    """Return the sign of growth along an axis at y, between points k and k + 1 of a curve.
+
+    Growth is perpendicular to the curve: its part along an axis vanishes only where the curve turns, which is
+    a point of it, and where the gradient does, as at the end of a Hopf curve on a divergence.
+    """
+    both = trace.growth[k : k + 2]
+    parts = both[:, axis] / np.maximum(np.linalg.norm(both, axis=1), 1e-300)
+    if parts.min() < -_TURNING and parts.max() > _TURNING:
+        return int(np.sign(trace.condition.growth(y)[axis]))
+    return int(np.sign(parts.sum()))
+
+
+def _part(trace: Trace, k: int, axis: int, value: float) -> float:
+    """Return the part of the way from point k to k + 1 at which a coordinate of the cubic has a value."""
+    (a, b), way = trace.points[k : k + 2, axis], trace.points[k + 1] - trace.points[k]
+    length = float(np.linalg.norm(way))
+    begin, end = (length * trace.tangents[k : k + 2, axis]).tolist()
+    rise, sought = float(b - a), float(value - a)
+    low, high, below = 0.0, 1.0, sought > 0.0
+    for _ in range(_PARTED):
+        t = 0.5 * (low + high)
+        at = t * t * (3.0 - 2.0 * t) * rise + t * (1.0 - t) * ((1.0 - t) * begin - t * end)
+        if (at < sought) == below:
+            low = t
         else:
-            high = middle
-    guess = hermite(trace, k, 0.5 * (low + high))
+            high = t
+    return 0.5 * (low + high)
+
+
+def _on_curve(trace: Trace, k: int, axis: int, value: float, guess: Real) -> Real:
+    """Return the point between points k and k + 1 of a curve at which a coordinate has a value."""
     trace.condition.settle(trace.points[k])
     found = corrected(trace.condition, guess, np.eye(guess.size)[axis], value)
     ends = trace.points[k : k + 2, 1 - axis]
@@ -306,12 +348,12 @@ def _crossing(trace: Trace, k: int, axis: int, value: float) -> Real:
 
 
 def located(
-    trace: Trace, k: int, function: Callable[[Real, Real], float]
+    trace: Trace, k: int, function: Callable[[Real, Real], float], within: float = 1e-15
 ) -> tuple[Real, Real, float, float] | None:
     """Return where a function of point and tangent vanishes between points k and k + 1 of a curve.
 
-    That is the point, its tangent, by how much the condition misses, and the part of the way; None where it
-    has like signs at both ends.
+    That is the point, its tangent, by how much the condition misses, and the part of the way, to an error of
+    `within`; None where it has like signs at both ends.
     """
     a, b = trace.points[k : k + 2]
     chord = (b - a) / np.linalg.norm(b - a)
@@ -338,7 +380,7 @@ def located(
         return found[2]
 
     try:
-        part = float(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15, disp=False))
+        part = float(brentq(value, 0.0, 1.0, xtol=within, rtol=1e-15, disp=False))
     except _LostError:
         return None
     found = at(part)

@@ -37,14 +37,20 @@ pub struct Growth {
     pub eigenvalue: Complex64,
     /// How many modes have a positive real part: a conjugate pair is one.
     pub unstable_modes: usize,
+    /// How many eigenvalues have one: both of a conjugate pair count.
+    pub unstable_eigenvalues: usize,
 }
 
 impl Growth {
-    const NONE: Self =
-        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable_modes: 0 };
+    const NONE: Self = Self {
+        eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0),
+        unstable_modes: 0,
+        unstable_eigenvalues: 0,
+    };
 
     fn include(&mut self, lambda: Complex64) {
         self.unstable_modes += usize::from(lambda.re > 0.0 && lambda.im >= 0.0);
+        self.unstable_eigenvalues += usize::from(lambda.re > 0.0);
         // Not so for NaN, which has to stay.
         if !(lambda.re <= self.eigenvalue.re) {
             self.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());

@@ -311,7 +311,7 @@ fn set_steady<'py>(
     dict.set_item("normal_force", matrix(py, steady.len(), closed.len(), forces)?)
 }
 
-/// Eigenvalue, number of unstable modes, and whether that is steady sliding; without a combination all contacts slide.
+/// Eigenvalue, numbers of unstable modes and eigenvalues, and whether that is steady sliding; without a combination all contacts slide.
 pub fn verdict_arrays<'py>(
     py: Python<'py>,
     verdicts: Vec<core::modes::Verdict>,
@@ -319,9 +319,12 @@ pub fn verdict_arrays<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     let eigenvalues: Vec<Complex64> = verdicts.iter().map(|v| v.growth.eigenvalue).collect();
-    let unstable: Vec<i64> = verdicts.iter().map(|v| v.growth.unstable_modes as i64).collect();
+    let modes: Vec<i64> = verdicts.iter().map(|v| v.growth.unstable_modes as i64).collect();
+    let unstable = verdicts.iter().map(|v| v.growth.unstable_eigenvalues as i64);
+    let unstable: Vec<i64> = unstable.collect();
     dict.set_item("eigenvalue", eigenvalues.into_pyarray(py))?;
-    dict.set_item("unstable_modes", unstable.into_pyarray(py))?;
+    dict.set_item("unstable_modes", modes.into_pyarray(py))?;
+    dict.set_item("unstable_eigenvalues", unstable.into_pyarray(py))?;
     let contacts = verdicts.first().map_or(0, |verdict| verdict.steady.margins.len());
     let sliding = core::Combination::new(vec![core::Status::Positive; contacts]);
     let steady = verdicts.into_iter().map(|verdict| verdict.steady).collect();
