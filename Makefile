@@ -85,7 +85,7 @@ format: $(INSTALLED) ## Format Rust and Python
 INTO ?=
 BENCHES := "work_precision --figure $(OUT)/work-precision.png" batch_throughput studies \
 	"local_events --figure $(OUT)/local-events.png" peers_over_size method_choice eigenvalues missed_events \
-	reduced_cycles random_scenes meshed_contact band_modes reduced_growth reduced_variants
+	reduced_cycles random_scenes meshed_contact band_modes stability_boundary reduced_growth reduced_variants
 bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs, within an hour; INTO=docs keeps them in the pages
 	@mkdir -p $(OUT); status=0; for bench in $(BENCHES); do \
 		begin=$$(date +%s); echo "bench $${bench%% *}"; script="benchmarks/$${bench%% *}.py $${bench#$${bench%% *}}"; \

@@ -55,15 +55,15 @@ def counts(model, parameters, cells):
     return axes, ss.stability(model, samples).unstable_modes.to_numpy().reshape(cells, cells)
 
 
-def contradictions(boundary, model, parameters, cells, beside=1e-5):
+def contradictions(boundary, model, parameters, cells, beside=1e-5, known=None):
     """Return pairs of neighbours of a map whose counts the curves deny, and how many pairs were compared.
 
     Counts that differ need a curve between; between equal ones an even number of curves may pass. Where a
     curve passes one of both places closer than `beside`, of the range, it may lie on either side as it is
     drawn. Two growing real eigenvalues that become a pair are one mode less and no curve: where counts
-    alone deny the curves, the eigenvalues decide.
+    alone deny the curves, the eigenvalues decide. `known` is what `counts` returns, where it is known.
     """
-    axes, modes = counts(model, parameters, cells)
+    axes, modes = counts(model, parameters, cells) if known is None else known
     names, places = list(axes), list(axes.values())
     lines = [curve.drawn(boundary.spans, 60) for curve in boundary if curve.kind != "separation"]
 
