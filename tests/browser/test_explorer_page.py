@@ -246,7 +246,7 @@ def test_other_parameters_make_another_map(opened):
     page = opened()
     page.locator("#y").select_option("inclination_0")
     settled(page)
-    assert page.evaluate("state.map.y") == "inclination_0"
+    assert page.evaluate("state.map.y.name") == "inclination_0"
     # The angle decides on stability: rows differ.
     rows = page.evaluate(
         """[0, state.map.rows - 1].map((j) => Array.from(

@@ -1,6 +1,7 @@
 """The explorer's server: it shows what the package computes, and answers nobody but its own page."""
 
 import base64
+import dataclasses
 import http.client
 import io
 import itertools
@@ -20,8 +21,11 @@ from click.testing import CliRunner
 
 import stickslip as ss
 from equal_chain import PART, equal_chain
+from quad_block import quad_block
+from stickslip import types
 from stickslip.cli import main
 from stickslip.explorer import curves, picture, sound
+from stickslip.explorer.curves import incomplete
 from stickslip.explorer.knobs import joint, knobs, ordinates
 from stickslip.scene.parameters.family import Family
 
@@ -170,7 +174,7 @@ def test_what_has_no_curves_says_why(page):
     with ss.explore(equal_chain(16, friction=0.5)) as large:
         grid = {"x": ["friction", 0.1, 1.0], "y": ["damping_stiffness", 1e-5, 1e-4], "cells": 8}
         left_out = asked(large, "/curves", values={}, **grid)
-    assert left_out == {"error": "Curves are left out for 64 dofs."}
+    assert left_out == {"error": "Curves are left out for 64 dofs; they need a band of frequencies."}
 
 
 def test_a_search_for_curves_ends_in_time_and_says_what_that_means(page, monkeypatch):
@@ -643,3 +647,49 @@ def test_a_given_normal_force_is_a_slider_only_where_a_contact_has_one():
     ]
     scene = ss.Scene([1, 1], [[100, 20], [20, 80]], force=[0, -10], contacts=joint_and_pad)
     assert [name for name in knobs(Family(scene)) if "normal_force" in name] == ["normal_force_1"]
+
+
+def test_a_band_of_a_large_scene_has_curves_and_a_map():
+    mesh, band = quad_block(10, 6, 2, sparse=True), (38e3, 45e3)
+    plane = {"x": ["friction", 0.0, 0.5], "y": ["stiffness", 0.95, 1.05], "cells": 4}
+    with ss.explore(mesh, band=band) as page:
+        assert json.loads(sent(page, "/scene", method="GET")[1])["band"] == list(band)
+        answer = asked(page, "/curves", values={}, **plane)
+        picture = motion_of(page)
+        loci = asked(page, "/loci", values={}, x=["friction", 0.0, 0.5], count=5)
+    assert (answer["error"], answer["whole"]) == (None, True)
+    ranges = {name: tuple(ends) for name, *ends in (plane["x"], plane["y"])}
+    boundary = ss.stability_boundary(mesh, ranges, band=band, cells=4)
+    assert boundary.doubts == ()
+    missing = dict(boundary.summary().facts)["eigenvalues missing"]
+    assert f"; eigenvalues missing {missing}; counts of modes agree at 16 x 16 places." in answer["said"]
+    assert len(answer["pieces"]) >= len(boundary) >= 1
+    assert answer["map"]["cells"] == 16
+    growth = unpacked(answer["map"]["growth"]).reshape(16, 16)
+    rates = boundary.map.growth_rate.transpose("stiffness", "friction").to_numpy()
+    np.testing.assert_allclose(growth, rates, rtol=1e-5, atol=1e-2)
+    assert len(picture["modes"]["frequency"]) < 10
+    assert 0 < loci["branches"] < 10
+    with ss.explore(mesh) as page:
+        left_out = asked(page, "/curves", values={}, **plane)
+    assert left_out["error"].endswith("132 dofs; they need a band of frequencies.")
+
+
+def test_a_band_without_modes_says_so_and_an_ill_posed_one_is_refused():
+    with ss.explore(band=(1.0, 2.0)) as page:
+        sentence = motion_of(page)["sentence"]
+    assert sentence == "There is nothing to show: no mode lies in the band of frequencies."
+    with pytest.raises(ss.InputError, match="band: expected"):
+        ss.explore(band=(2.0, 1.0))
+
+
+def test_a_point_at_which_eigenvalues_are_missing_is_a_point_of_the_page():
+    plane = {"friction": (0.0, 3.0), "damping": (1e-5, 2e-4)}
+    boundary = ss.stability_boundary(ss.models.two_subsystems, plane)
+    missing = np.full(len(boundary[0].values), np.nan)
+    missing[[0, 2]] = 0.0, 1.0
+    curve = dataclasses.replace(boundary[0], missing=missing)
+    rest = boundary.points, boundary.map, boundary.resolution, boundary.doubts
+    (point,) = incomplete(types.StabilityBoundary(boundary.parameters, [curve], *rest))
+    assert (point["x"], point["y"]) == tuple(curve.values[2])
+    assert point["told"].startswith("1.00 eigenvalues missing at ")

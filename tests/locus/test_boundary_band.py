@@ -1,5 +1,6 @@
 """Curves on which stability of a band of modes ends: beside all modes, at bounds of the band, on a mesh."""
 
+import dataclasses
 import sys
 
 import numpy as np
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 import interrupts
 import stickslip as ss
 from quad_block import quad_block
+from stickslip import types
 from stickslip.cli import main
 from stickslip.locus.band import path
 
@@ -17,6 +19,8 @@ PLANES = [
     ({"friction": (0.0, 0.6), "stiffness": (0.8, 1.2)}, (30e3, 43e3)),
     ({"friction": (0.0, 0.8), "damping_stiffness": (1e-8, 3e-7)}, (30e3, 63e3)),
 ]
+#: Ranges of models of two parameters.
+UNIT = {"p": (0.0, 1.0), "q": (0.0, 1.0)}
 
 
 @pytest.mark.slow
@@ -46,7 +50,31 @@ def test_curves_of_projected_matrices_are_those_of_all_modes(parameters, band, m
         assert list(one.values.values()) == pytest.approx(list(other.values.values()), rel=1e-10)
     assert {curve.ends for curve in projected} >= {("range", "band")} or len(projected.points) == 3
     np.testing.assert_allclose(projected.map.growth_rate, every.map.growth_rate, rtol=1e-7, atol=1e-3)
-    assert "counts along curves, 0.00 eigenvalues missing" in str(projected.summary())
+    sizes = [curve.missing.size for curve in projected]
+    counted = [np.count_nonzero(~np.isnan(curve.missing)) for curve in projected]
+    text = str(projected.summary())
+    assert f"eigenvalues missing  0.00 at {sum(counted)} of {sum(sizes)} points of curves" in text
+    assert all(f"0.00 at {n} of {size} points" in text for n, size in zip(counted, sizes, strict=True))
+    assert "eigenvalues missing" not in str(every.summary())
+
+
+def test_what_is_missing_is_told_and_marked():
+    boundary = ss.stability_boundary(softer, UNIT, band=(0.0, 1e3))
+    curve = boundary[0]
+    missing = np.full(len(curve.values), np.nan)
+    missing[[0, 3, -1]] = 0.003, 2.0, -0.0
+    curves = [dataclasses.replace(curve, missing=missing), *boundary[1:]]
+    rest = boundary.points, boundary.map, boundary.resolution, boundary.doubts
+    found = types.StabilityBoundary(boundary.parameters, curves, *rest)
+    assert curves[0].incomplete.nonzero()[0].tolist() == [3]
+    assert f"2.00 at 3 of {missing.size} points" in str(found.summary())
+    axes = found.plot()
+    (marked,) = (line for line in axes.lines if line.get_label() == "eigenvalues missing")
+    np.testing.assert_array_equal(marked.get_xydata(), curve.values[[3], ::-1])
+    assert "eigenvalues missing" in [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "eigenvalues missing" not in [line.get_label() for line in boundary.plot().lines]
+    data = found.to_dataset()
+    np.testing.assert_array_equal(data.missing[: missing.size], missing)
 
 
 def softer(p, q):
@@ -118,6 +146,7 @@ def test_an_ill_posed_band(band):
 
 
 INTERRUPTED = """
+    import numpy as np
     import stickslip as ss
     from interrupts import Interrupt
     from quad_block import quad_block
@@ -129,13 +158,15 @@ INTERRUPTED = """
         ss.stability_boundary(block, plane, combination="++++++", band=(0.0, 45e3), cells=500)
     except ss.Interrupted as stopped:
         print(type(stopped.partial).__name__, stopped.partial.doubts[-1].startswith("interrupted after"))
+        # The modes of the band are counted along curves at the end alone.
+        print(all(np.isnan(curve.missing).all() for curve in stopped.partial))
 """
 
 
 @pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 def test_ctrl_c_leaves_what_a_band_has_by_then():
-    assert interrupts.printed(INTERRUPTED, timeout=120).split() == ["StabilityBoundary", "True"]
+    assert interrupts.printed(INTERRUPTED, timeout=120).split() == ["StabilityBoundary", "True", "True"]
 
 
 def test_the_command_line_takes_a_band(tmp_path):

@@ -3,6 +3,7 @@
 import itertools
 import json
 import re
+import sys
 import time
 from dataclasses import replace
 from functools import partial
@@ -17,6 +18,7 @@ from paper.comparison import rows
 from paper.section import known
 
 import stickslip as ss
+from quad_block import quad_block
 from stickslip.cli import main
 from stickslip.report import findings, page
 from stickslip.scene.known import Known
@@ -334,6 +336,29 @@ def test_curves_over_two_parameters_have_a_section():
     calm = findings(model(), "x", settings={"duration": 0.01}, model=model, parameters=values)
     assert len(calm.boundary) == 0
     assert "Curves: none." in page(calm)
+
+
+def test_a_band_of_a_large_scene_and_what_is_missing_along_its_curves(monkeypatch):
+    # As many values as show what is told; a whole report of a mesh takes a minute.
+    for name, count in (("CELLS", 3), ("VALUES", 11)):
+        monkeypatch.setattr(sys.modules["stickslip.report.findings"], name, count)
+    mesh, ranges = quad_block(10, 6, 2, sparse=True), {"friction": [0.0, 0.5], "stiffness": [0.95, 1.05]}
+    settings = {"duration": 1e-4}
+    found = findings(mesh, "x", settings=settings, parameters=ranges, band=(38e3, 45e3))
+    assert len(mesh.dofs) == 132
+    assert 0 < len(found.modes) < 10
+    assert found.loci.sizes["branch"] < 10
+    text = page(found)
+    outline = check(text)
+    assert "All modes from 38000 to 45000 Hz; 0.00 eigenvalues of this band were not found." in text
+    assert "Only modes from 38000 to 45000 Hz were computed." in text
+    assert len(found.boundary) >= 1
+    for curve in found.boundary:
+        counted = ~np.isnan(curve.missing)
+        assert 2 <= np.count_nonzero(counted) < counted.size
+        assert f"0.00 at {np.count_nonzero(counted)} of {counted.size} points" in outline.cells
+    with pytest.raises(ss.InputError, match="band: steady sliding has no mode from"):
+        findings(mesh, "x", settings=settings, band=(1.0, 2.0))
 
 
 def test_curves_that_cannot_be_followed_say_why_and_wrong_names_are_refused():

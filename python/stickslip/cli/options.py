@@ -45,6 +45,13 @@ changes_option = click.option(
 combination_option = click.option(
     "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
 )
+band_option = click.option(
+    "--band",
+    nargs=2,
+    type=float,
+    metavar="LOW HIGH",
+    help="Frequencies of the modes that count, Hz, as of a large mesh; default: all modes.",
+)
 
 
 def scene_argument(verb: F, required: bool = True) -> F:

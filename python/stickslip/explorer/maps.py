@@ -29,13 +29,14 @@ def loci(wanted: Wanted) -> dict[str, Any]:
     name, low, high = wanted.axis("x")
     count = wanted.whole("count", VALUES)
     model = wanted.explored.family.given
-    if wanted.explored.scene.size > LARGE:
+    band = wanted.explored.band
+    if wanted.explored.scene.size > LARGE and band is None:
         return {"error": f"Root loci are left out for {wanted.explored.scene.size} dofs."}
     fixed = wanted.fixed(name)
     try:
-        found = sweep(model, {**fixed, name: np.linspace(low, high, count)}, progress=False)
+        found = sweep(model, {**fixed, name: np.linspace(low, high, count)}, band=band, progress=False)
         points = (
-            critical_points(model, {**fixed, name: (low, high)})
+            critical_points(model, {**fixed, name: (low, high)}, band=band)
             if wanted.message.get("critical") is True
             else ()
         )
@@ -67,6 +68,7 @@ def verdicts(wanted: Wanted) -> dict[str, Any]:
     """Return the largest growth rate over two parameters, in rows of one value of ``y`` each.
 
     ``unstable`` says where a mode grows by more than rounding. `NaN` stands where there is no steady sliding.
+    The map of a band is that of `curves`.
     """
     (x, left, right), (y, low, high) = wanted.axis("x"), wanted.axis("y")
     columns, rows = wanted.whole("columns", CELLS), wanted.whole("rows", CELLS)

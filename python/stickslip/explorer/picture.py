@@ -56,6 +56,9 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
         equilibrium, modes, unsteady = wanted.steady(scene)
     except InputError as error:
         return {"error": str(error), "sentence": f"There is no steady sliding: {error}."}
+    if not len(modes):
+        reason = "no mode lies in the band of frequencies"
+        return {"error": reason, "sentence": f"There is nothing to show: {reason}."}
     found["modes"] = None if unsteady else _modes(modes)
     stability = (
         f"There is no steady sliding: {unsteady}. So there are no modes to show."

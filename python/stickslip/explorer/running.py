@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from stickslip.explorer.server import Server
 from stickslip.explorer.wanted import Explored
 from stickslip.faults import InputError
 from stickslip.files.case import Case
+from stickslip.modes.complex_modes import region_of
 from stickslip.scene.checks import whole_number
 from stickslip.scene.known import known_of
 from stickslip.scene.parameters.family import Family
@@ -61,7 +63,12 @@ class Explorer:
 
 
 def explore(
-    model: Any = None, *, port: int = 0, open_browser: bool = False, title: str | None = None
+    model: Any = None,
+    *,
+    port: int = 0,
+    open_browser: bool = False,
+    title: str | None = None,
+    band: Sequence[float] | None = None,
 ) -> Explorer:
     """Show a model on a page on which its parameters are dragged and the motion follows.
 
@@ -80,6 +87,9 @@ def explore(
         Whether to open the page in a browser window. A notebook shows the returned object as the page itself.
     title
         Name of the model on the page; None: the name of the file or function.
+    band
+        Lowest and highest frequency, Hz, of the modes that count, as for `complex_modes`; None: all. The page
+        of a large scene shows loci and curves of a band alone.
 
     Returns
     -------
@@ -89,7 +99,7 @@ def explore(
     Raises
     ------
     InputError
-        If `model` is no model, or the port is outside its range.
+        If `model` is no model, the port is outside its range, or `band` is ill-posed.
     OSError
         If the port is taken.
     """
@@ -105,7 +115,11 @@ def explore(
         raise InputError("model: the scene has no contact, so nothing can be explored")
     if whole_number("port", port, 0) > PORTS:
         raise InputError(f"port: expected a number from 0 to {PORTS}, got {port}")
-    explored = Explored(case, known_of(case.scene), title or name)
+    ends = None
+    if band is not None:
+        region_of(band, (None, None))
+        ends = float(band[0]), float(band[1])
+    explored = Explored(case, known_of(case.scene), title or name, ends)
     found = Explorer(explored, port)
     if open_browser:
         webbrowser.open(found.url)

@@ -47,6 +47,8 @@ class Explored:
     known: Known
     #: What the page calls it.
     title: str
+    #: Lowest and highest frequency of the modes that count, Hz; None: all count.
+    band: tuple[float, float] | None = None
 
     @cached_property
     def family(self) -> Family:
@@ -86,6 +88,7 @@ class Explored:
         given = self.case.start or self.known.start is not None
         return {
             "title": self.title,
+            "band": self.band,
             "dofs": list(scene.dofs),
             "sent": self.sent,
             "contacts": [str(label) for label in scene.contact_labels()],
@@ -202,7 +205,8 @@ class Wanted:
                 state = at_rest(scene)
             except InputError:
                 raise error from None
-        return state, complex_modes(scene, state.combination), reason
+        modes = complex_modes(scene, state.combination, band=self.explored.band)
+        return state, modes, reason
 
     def start(self, scene: Scene, equilibrium: State, modes: Modes) -> tuple[State, str]:
         """Return where the motion starts, and a remark where that is not what was asked for."""

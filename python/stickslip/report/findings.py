@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -74,6 +74,8 @@ class Findings:
     #: Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
     #: their sliders drive them (in positive sliding where a slider rests).
     modes: Modes
+    #: Lowest and highest frequency of these modes, and of what is computed over parameters, Hz; None: all.
+    band: tuple[float, float] | None
     #: Eigenvalues over friction (of all contacts, or a factor on the friction of each), or over slider speed
     #: where friction depends on it, and where their kind changes.
     parameter: str
@@ -125,6 +127,7 @@ def findings(
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
     parameters: Mapping[str, Any] | None = None,
+    band: Sequence[float] | None = None,
     known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
@@ -138,13 +141,15 @@ def findings(
     told("computing the modes of steady sliding")
     equilibrium = _equilibrium(scene, reasons)
     driven = "".join(map(driven_letter, scene.contacts))
-    modes = complex_modes(scene, driven if equilibrium is None else equilibrium.combination)
+    modes = complex_modes(scene, driven if equilibrium is None else equilibrium.combination, band=band)
+    if band is not None and not len(modes):
+        raise InputError(f"band: steady sliding has no mode from {band[0]} to {band[1]} Hz")
     told("computing the eigenvalues over a parameter")
     family, over, boundary = scene if model is None else model, parameters, None
     if over is not None and len(over) == 2:
         told("following the curves on which stability ends")
-        boundary, over = _boundary(modes, family, over, reasons), None
-    parameter, loci, critical = _loci(scene, modes, family, over, reasons)
+        boundary, over = _boundary(modes, family, over, band, reasons), None
+    parameter, loci, critical = _loci(scene, modes, family, over, band, reasons)
     begin = start
     if begin is None and equilibrium is not None:
         begin = set_in_motion(scene, equilibrium, modes) if known.start is None else known.start
@@ -179,6 +184,7 @@ def findings(
         title=title,
         equilibrium=equilibrium,
         modes=modes,
+        band=None if band is None else (float(band[0]), float(band[1])),
         parameter=parameter,
         loci=loci,
         critical=critical,
@@ -213,6 +219,7 @@ def _loci(
     modes: Modes,
     model: Model,
     parameters: Mapping[str, Any] | None,
+    band: Sequence[float] | None,
     reasons: dict[str, str],
 ) -> tuple[str, xr.Dataset | None, CriticalPoints]:
     """Return the parameter of the loci, branches and critical points over it."""
@@ -229,11 +236,12 @@ def _loci(
     else:
         model, name, values = found
     ends = float(np.min(values)), float(np.max(values))
+    options: dict[str, Any] = {"combination": modes.combination, "band": band}
     try:
-        branches = sweep(model, {name: values}, combination=modes.combination, progress=False)
+        branches = sweep(model, {name: values}, progress=False, **options)
         if ends[0] == ends[1]:
             return name, branches, CriticalPoints(name, [], {})
-        return name, branches, critical_points(model, {name: ends}, combination=modes.combination)
+        return name, branches, critical_points(model, {name: ends}, **options)
     except refused as error:
         reasons["loci"] = f"no loci: {error}"
         return nothing
@@ -280,12 +288,18 @@ def _speeds(scene: Scene, speed: float) -> Real:
 
 
 def _boundary(
-    modes: Modes, model: Model, parameters: Mapping[str, Any], reasons: dict[str, str]
+    modes: Modes,
+    model: Model,
+    parameters: Mapping[str, Any],
+    band: Sequence[float] | None,
+    reasons: dict[str, str],
 ) -> StabilityBoundary | None:
     values = {name: axis(name, given) for name, given in checked_parameters(model, parameters).items()}
     ranges = {name: (float(given.min()), float(given.max())) for name, given in values.items()}
     try:
-        return stability_boundary(model, ranges, combination=modes.combination, cells=CELLS, progress=False)
+        return stability_boundary(
+            model, ranges, combination=modes.combination, cells=CELLS, band=band, progress=False
+        )
     except (InputError, RunError) as error:
         reasons["boundary"] = f"no curves over {' and '.join(ranges)}: {error}"
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -58,6 +58,7 @@ def write_report(
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
     parameters: Mapping[str, Any] | None = None,
+    band: Sequence[float] | None = None,
     known: Known = Known(),  # noqa: B008
     origin: Mapping[str, str] | None = None,
     source: str | None = None,
@@ -88,6 +89,9 @@ def write_report(
         values over which eigenvalues are followed; None: friction. Of two parameters with values: the curves
         between the smallest and the largest on which stability ends (`stability_boundary`), besides
         eigenvalues over friction.
+    band
+        Lowest and highest frequency, Hz, of the modes that the page shows and judges, as for `complex_modes`;
+        None: all. A large scene needs one.
     known
         Facts about the scene beyond its numbers: a start, places of its masses, a section of your own.
     origin
@@ -121,6 +125,7 @@ def write_report(
         settings=settings,
         model=model,
         parameters=parameters,
+        band=band,
         known=known,
         told=told,
     )
@@ -190,6 +195,8 @@ def verdict(found: Findings) -> str:
             largest = float(modes.eigenvalues.real.max())
             kind = "marginal" if modes.marginal.any() else "stable"
             first = f"Steady sliding is {kind}: the largest growth rate is {number(largest, 4)} 1/s."
+        if found.band is not None:
+            first += f" Only modes from {number(found.band[0])} to {number(found.band[1])} Hz were computed."
     if found.run is None:
         return first
     if found.cycle is not None:

@@ -143,6 +143,7 @@ def modes_section(found: Findings) -> Markup:
         "modes",
         "Complex modes",
         paragraph(lead + told),
+        _of_band(found),
         listed,
         Markup(template("report/cards.html").render(cards=cards)),
         note(f"{omitted} more modes are in the table.") if omitted else "",
@@ -209,6 +210,16 @@ def boundary_section(found: Findings) -> Markup:
         facts(summary.facts),
         note(f"A curve may be missing: {'; '.join(boundary.doubts)}.", "warning") if boundary.doubts else "",
     )
+
+
+def _of_band(found: Findings) -> Markup | str:
+    """Return which frequencies the modes have, and how many of these are missing."""
+    if found.band is None:
+        return ""
+    modes, (low, high) = found.modes, map(number, found.band)
+    missing = "an unknown number of" if modes.missing is None else f"{abs(round(modes.missing, 2)):.2f}"
+    text = f"All modes from {low} to {high} Hz; {missing} eigenvalues of this band were not found"
+    return note("; ".join([text, *modes.doubts]) + ".", "warning" if modes.doubts else "")
 
 
 def _verdict(modes: Modes, mode: int) -> str:

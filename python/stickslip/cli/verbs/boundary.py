@@ -13,6 +13,7 @@ from stickslip.cli.options import (
     Answer,
     Number,
     answer_options,
+    band_option,
     combination_option,
     loaded,
     ranges_of,
@@ -38,13 +39,7 @@ from stickslip.cli.options import (
     show_default=True,
     help="Lines searched in each parameter: no wider curve is missed.",
 )
-@click.option(
-    "--band",
-    nargs=2,
-    type=float,
-    metavar="LOW HIGH",
-    help="Frequencies of the modes that count, Hz, as of a large mesh; default: all modes.",
-)
+@band_option
 @answer_options
 def boundary(
     scene: Path,

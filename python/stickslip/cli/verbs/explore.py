@@ -10,7 +10,7 @@ import click
 
 import stickslip as ss
 from stickslip.cli.exits import INTERRUPTED
-from stickslip.cli.options import Number, changed, loaded, motion_options, scene_argument
+from stickslip.cli.options import Number, band_option, changed, loaded, motion_options, scene_argument
 from stickslip.show.replaced_file import replace_file
 
 
@@ -24,7 +24,14 @@ from stickslip.show.replaced_file import replace_file
     help="Port of the page; 0: any free port.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address, but open no window.")
-def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
+@band_option
+def explore(
+    scene: Path | None,
+    changes: tuple[str, ...],
+    port: int,
+    no_browser: bool,
+    band: tuple[float, float] | None,
+) -> None:
     """Show a scene on a page on which its parameters are dragged and the motion follows.
 
     Without a file the page shows the published model. The page is served on 127.0.0.1 alone and needs no
@@ -39,7 +46,7 @@ def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser:
     else:
         case, title = loaded(scene, changes), scene.stem
     try:
-        page = ss.explore(case, port=port, open_browser=not no_browser, title=title)
+        page = ss.explore(case, port=port, open_browser=not no_browser, title=title, band=band)
     except OSError as error:
         raise OSError(error.errno, error.strerror, f"port {port}") from error
     click.echo(f"{page.url}  (Ctrl-C ends it)")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.options import loaded, scene_argument, waiting
+from stickslip.cli.options import band_option, loaded, scene_argument, waiting
 
 
 @click.command(epilog="\b\nExample:\n  stickslip report scene.toml -o report.html")
@@ -23,8 +23,14 @@ from stickslip.cli.options import loaded, scene_argument, waiting
 )
 @click.option("--title", help="Name of the scene on the page; by default the name of its file.")
 @click.option("--duration", type=float, help="Duration of the motion, s; by default that of the file.")
+@band_option
 def report(
-    scene: Path, changes: tuple[str, ...], out: Path | None, title: str | None, duration: float | None
+    scene: Path,
+    changes: tuple[str, ...],
+    out: Path | None,
+    title: str | None,
+    duration: float | None,
+    band: tuple[float, float] | None,
 ) -> None:
     """Write one HTML page about the scene of a scene file.
 
@@ -56,6 +62,7 @@ def report(
     words = ["stickslip", "report", str(scene), *(part for text in changes for part in ("--set", text))]
     for option, value in (("--output", out), ("--title", title), ("--duration", duration)):
         words += [] if value is None else [option, str(value)]
+    words += [] if band is None else ["--band", *map(str, band)]
     with waiting("reading the scene") as status:
         found = write_report(
             case.scene,
@@ -65,6 +72,7 @@ def report(
             settings=settings,
             model=case.model,
             parameters=over,
+            band=band,
             known=known_of(case.scene),
             origin={"date": _date(), "command": shlex.join(words)},
             source=scene.read_text(encoding="utf-8"),

@@ -107,12 +107,15 @@ const lanes = {
 const curvesNow = () => (state.curves?.key === JSON.stringify(lanes.curves.message()) ? state.curves : null);
 function askCurves() {
   lanes.curves.drop();
-  if (!state.dragging && state.map?.image) lanes.curves.ask();
+  if (!state.dragging && (scene.band || state.map?.image)) lanes.curves.ask();
 }
+// The map of a band comes with its curves, and is that of the other parameters as they stand.
+const mapNow = () => (scene.band ? curvesNow()?.image ?? null : state.map);
 
 // A map first in few cells; in many where these say that it will not take long.
 let mapFine = false, mapKey = "";
 function askMap() {
+  if (scene.band) return;
   const key = JSON.stringify([state.x, state.y, fixed(state.x, state.y)]);
   if (key !== mapKey) mapFine = false;
   else mapFine ||= state.map?.image && lanes.map.took[0] * FINE.map[0] * FINE.map[1] / (COARSE.map[0] * COARSE.map[1]) < (state.dragging ? 0.05 : 3);
@@ -177,6 +180,10 @@ function gotMap(answer, message) {
 
 function gotCurves(answer, message) {
   for (const piece of answer.pieces ?? []) for (const name of ["x", "y"]) piece[name] = decode(piece[name], Float32Array);
+  if (answer.map) {
+    const inner = ([name, low, high]) => { const half = (high - low) / answer.map.cells / 2; return { name, low: low + half, high: high - half }; };
+    answer.image = mapFrom(answer.map, answer.map.cells, answer.map.cells, inner(message.x), inner(message.y));
+  }
   state.curves = { ...answer, key: JSON.stringify(message) };
   plots.map.drawn();
 }
@@ -368,18 +375,18 @@ async function asked(what) {
 function makePlots() {
   const make = (id, options) => (plots[id] = new Plot(id, options));
   make("map", { keys: true, hover: ({ x, y }) => {
-    const map = state.map, [a, b] = [axisOf(state.x), axisOf(state.y)];
-    if (!map || map.x !== state.x || map.y !== state.y) return "";
-    const i = Math.round((x - a.low) / (a.high - a.low) * (map.columns - 1)), j = Math.round((y - b.low) / (b.high - b.low) * (map.rows - 1));
-    const growth = map.growth[j * map.columns + i];
+    const map = mapNow();
+    if (map?.x?.name !== state.x || map.y.name !== state.y) return "";
+    const cell = (value, { low, high }, count) => Math.min(Math.max(Math.round((value - low) / (high - low) * (count - 1)), 0), count - 1);
+    const growth = map.growth[cell(y, map.y, map.rows) * map.columns + cell(x, map.x, map.columns)];
     const near = curvesNow()?.points?.find((one) => Math.hypot(plots.map.X(one.x) - plots.map.X(x), plots.map.Y(one.y) - plots.map.Y(y)) < 8);
     if (near) return near.told;
-    return `${shown(x, 3)}, ${shown(y, 3)}: ` + (Number.isNaN(growth) ? "no steady sliding" : `growth rate ${shown(growth, 3)} 1/s`);
+    return `${shown(x, 3)}, ${shown(y, 3)}: ` + (Number.isNaN(growth) ? (scene.band ? "no steady sliding, or no mode in the band" : "no steady sliding") : `growth rate ${shown(growth, 3)} 1/s`);
   } });
   plots.map.drawn = () => {
     const curves = curvesNow();
     by("curves").textContent = curves ? curves.error || curves.said : "";
-    drawMap(plots.map, state.map, axisOf(state.x), axisOf(state.y), { x: valueOf(state.x), y: valueOf(state.y) }, curves);
+    drawMap(plots.map, mapNow(), axisOf(state.x), axisOf(state.y), { x: valueOf(state.x), y: valueOf(state.y) }, curves);
   };
   make("loci", { hover: ({ x, y }) => `${shown(x, 4)} 1/s, ${shown(y, 4)} Hz` });
   plots.loci.drawn = () => drawLoci(plots.loci, state.loci, state.motion?.modes);

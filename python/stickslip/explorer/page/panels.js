@@ -124,12 +124,12 @@ function drawCurves(plot, ctx, { pieces, points }) {
 function drawMap(plot, map, x, y, point, curves) {
   const ctx = plot.begin();
   plot.auto = { x: [x.low, x.high], y: [y.low, y.high] };
-  if (map && map.x === x.name && map.y === y.name) {
+  if (map?.image && map.x.name === x.name && map.y.name === y.name) {
     plot.clipped(() => {
       ctx.imageSmoothingEnabled = false;
-      const w = (x.high - x.low) / (map.columns - 1) / 2, h = (y.high - y.low) / (map.rows - 1) / 2;
-      const left = plot.X(x.low - w), top = plot.Y(y.high + h);
-      ctx.drawImage(map.image, left, top, plot.X(x.high + w) - left, plot.Y(y.low - h) - top);
+      const w = (map.x.high - map.x.low) / (map.columns - 1) / 2, h = (map.y.high - map.y.low) / (map.rows - 1) / 2;
+      const left = plot.X(map.x.low - w), top = plot.Y(map.y.high + h);
+      ctx.drawImage(map.image, left, top, plot.X(map.x.high + w) - left, plot.Y(map.y.low - h) - top);
       // The border of cells stands in for curves until all are there.
       if (!curves?.whole) {
         ctx.strokeStyle = theme.ink; ctx.lineWidth = 1.5; ctx.beginPath();
@@ -138,9 +138,9 @@ function drawMap(plot, map, x, y, point, curves) {
         }
         ctx.stroke();
       }
-      if (curves?.pieces) drawCurves(plot, ctx, curves);
     });
   }
+  if (curves?.pieces) plot.clipped(() => drawCurves(plot, ctx, curves));
   plot.frame(x.label, y.label);
   if (map?.error) write(plot, ctx, map.error);
   plot.clipped(() => {
@@ -181,7 +181,7 @@ function mapFrom(answer, columns, rows, x, y) {
     }
     for (let k = 0; k + 3 < cuts.length; k += 4) border.push(cuts.slice(k, k + 4));
   }
-  return { x: x.name, y: y.name, columns, rows, growth, image, border };
+  return { x, y, columns, rows, growth, image, border };
 }
 
 function drawLoci(plot, loci, modes) {

@@ -51,8 +51,8 @@ class BoundaryCurve:
         modulus.
     missing
         How many eigenvalues of a `band` were not found at the points, (k,): 0.00 to some digits if none is
-        missing; nan where they are not counted, which is at three of four points. Zero where all eigenvalues
-        are computed.
+        missing; nan where they are not counted, which is at three of four points, and at all after Ctrl-C.
+        Zero where all eigenvalues are computed.
     ends
         Why the curve ends at either side: ``range`` of a parameter, ``band`` where the frequency leaves it,
         ``zero_frequency``, ``closed``;
@@ -74,6 +74,12 @@ class BoundaryCurve:
     ends: tuple[str, str]
     contact: int | None = None
     name: str | None = None
+
+    @property
+    def incomplete(self) -> Flags:
+        """Whether an eigenvalue of the band was not found at the points, (k,)."""
+        found: Flags = np.abs(self.missing) >= 0.5
+        return found
 
     @property
     def closed(self) -> bool:

@@ -77,6 +77,11 @@ def stability_boundary(
             axes.plot(piece[:, 1], piece[:, 0], linestyle=line, **style)
         label = curve.kind.replace("_", " ")
         handles[label] = Line2D([], [], color=own, linestyle=line, label=label)
+    incomplete = np.concatenate([np.zeros((0, 2)), *(curve.values[curve.incomplete] for curve in curves)])
+    if len(incomplete):
+        label = "eigenvalues missing"
+        cross: dict[str, Any] = {"marker": "X", "color": "crimson", "linestyle": "none"}
+        (handles[label],) = axes.plot(*incomplete.T[::-1], label=label, **cross)
     for point in points:
         if point.kind in MARKERS:
             label = point.kind.replace("_", " ") + (" on a Hopf curve" if point.kind == "separation" else "")

@@ -131,7 +131,7 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
 
         The second parameter is the horizontal axis, as in `ss.plot.stability_map`. Curves at which a stable
         region ends are thick, those beside which other modes grow are thin, those without steady sliding
-        grey.
+        grey. A cross marks a point at which an eigenvalue of the `band` was not found.
 
         Parameters
         ----------
@@ -158,10 +158,9 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
             ("missed", f"no curve wider than {widths}" if not self.doubts else "not known"),
         ]
         counted = np.concatenate([np.zeros(0), *(curve.missing for curve in self)])
-        if np.isnan(counted).any():
-            counted = counted[~np.isnan(counted)]
-            worst = abs(np.abs(counted).max().round(2))
-            facts.append(("band", f"{counted.size} counts along curves, {worst:.2f} eigenvalues missing"))
+        of_band = bool(np.isnan(counted).any())
+        if of_band:
+            facts.append(("eigenvalues missing", f"{_missing(counted)} of curves"))
         curves = [
             (
                 str(number),
@@ -169,11 +168,16 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
                 *(f"{low:.6g} to {high:.6g}" for low, high in _extremes(curve.values)),
                 _frequencies(curve.frequency),
                 str(int(curve.unstable_modes.min())),
+                *([_missing(curve.missing)] if of_band else []),
                 "closed" if curve.closed else ", ".join(end.replace("_", " ") for end in curve.ends),
             )
             for number, curve in enumerate(self)
         ]
-        headings = ("curve", "kind", *names, "frequency, Hz", "other unstable modes, least", "ends")
+        headings = (
+            *("curve", "kind", *names, "frequency, Hz", "other unstable modes, least"),
+            *(["eigenvalues missing"] if of_band else []),
+            "ends",
+        )
         special = [
             (
                 point.kind.replace("_", " "),
@@ -196,6 +200,15 @@ class StabilityBoundary(Sequence[BoundaryCurve], Shown):
 def _extremes(values: Real) -> Real:
     extremes: Real = np.array([values.min(axis=0), values.max(axis=0)]).T
     return extremes
+
+
+def _missing(values: Real) -> str:
+    """Return how many eigenvalues are missing at most, and at how many points they were counted."""
+    counted = values[~np.isnan(values)]
+    if not counted.size:
+        return "not counted"
+    worst = abs(np.abs(counted).max().round(2))
+    return f"{worst:.2f} at {counted.size} of {values.size} points"
 
 
 def _frequencies(values: Real) -> str:
