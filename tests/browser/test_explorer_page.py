@@ -50,7 +50,8 @@ def settled(page):
     """Wait until every question is answered and drawn."""
     until(
         page,
-        "!!(state.motion && state.loci && state.map) && Object.values(lanes).every((lane) => !lane.busy)",
+        "!!(state.motion && state.loci && (state.map || state.curves)) "
+        "&& Object.values(lanes).every((lane) => !lane.busy)",
     )
 
 
@@ -311,6 +312,24 @@ def test_curves_are_drawn_sharply_on_the_map(opened):
     settled(page)
     assert page.evaluate("state.curves.key") != key
     assert page.inner_text("#curves").startswith("No curves: model: a mode neither grows nor decays")
+
+
+def test_the_map_of_a_band_comes_with_its_curves(opened):
+    with ss.explore(band=(150.0, 250.0)) as banded:
+        page = opened(banded.url)
+        assert page.evaluate("state.map") is None
+        assert page.inner_text("#curves") == "1 Hopf curve; counts of modes agree at 64 x 64 places."
+        assert page.evaluate("[mapNow().columns, mapNow().rows]") == [64, 64]
+        # Its cells are coloured up to the borders: the image is as wide as the plot.
+        pixels = shade(page.locator("#map .stage"))
+        box = page.evaluate("plots.map.box")
+        inside = pixels[int(box["y"] + 0.5 * box["h"]), int(box["x"]) + 2 : int(box["x"] + box["w"]) - 2]
+        assert np.count_nonzero(inside.min(axis=1) < 250) > 0.9 * len(inside)
+        page.mouse.move(*middle(page, "map"))
+        assert "growth rate" in page.locator("#map .tip").inner_text()
+        # Where another number makes it another map, there is none until its curves have come.
+        page.evaluate("state.values.wall_stiffness *= 1.5")
+        assert page.evaluate("mapNow()") is None
 
 
 def test_a_question_for_curves_that_is_another_one_by_now_is_given_up(opened):

@@ -669,6 +669,7 @@ def test_a_band_of_a_large_scene_has_curves_and_a_map():
     rates = boundary.map.growth_rate.transpose("stiffness", "friction").to_numpy()
     np.testing.assert_allclose(growth, rates, rtol=1e-5, atol=1e-2)
     assert len(picture["modes"]["frequency"]) < 10
+    assert ", by the modes from 38000 to 45000 Hz." in picture["sentence"]
     assert 0 < loci["branches"] < 10
     with ss.explore(mesh) as page:
         left_out = asked(page, "/curves", values={}, **plane)

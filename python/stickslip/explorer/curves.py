@@ -7,6 +7,7 @@ from collections import Counter
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from stickslip.explorer.maps import LARGE, LONGEST
 from stickslip.explorer.picture import packed
@@ -42,9 +43,11 @@ def curves(wanted: Wanted) -> dict[str, Any]:
         return {"error": f"Curves are left out for {size} dofs; they need a band of frequencies."}
     ranges = {**wanted.fixed(x, y), x: (left, right), y: (low, high)}
     try:
-        search = search_over(wanted.explored.family.given, ranges, None, cells, band)
-        whole = _searched(search, wanted, _longest(wanted) - (time.perf_counter() - begun))
-        found = boundary_of(search)
+        # Of matrices of some hundred rows at most: more threads take longer wherever anything else runs.
+        with threadpool_limits(1, user_api="blas"):
+            search = search_over(wanted.explored.family.given, ranges, None, cells, band)
+            whole = _searched(search, wanted, _longest(wanted) - (time.perf_counter() - begun))
+            found = boundary_of(search)
     except StickslipError as error:
         return {"error": f"No curves: {error}."}
     return {

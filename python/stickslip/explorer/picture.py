@@ -65,6 +65,8 @@ def picture(wanted: Wanted, max_events: int | None = None) -> dict[str, Any]:
         if unsteady
         else _stability(scene, modes)
     )
+    if (band := wanted.explored.band) is not None and not unsteady:
+        stability = f"{stability[:-1]}, by the modes from {number(band[0])} to {number(band[1])} Hz."
     start, remark = wanted.start(scene, equilibrium, modes)
     duration = float(wanted.explored.case.run.get("duration", shown_duration(modes)))
     try:
