@@ -361,6 +361,18 @@ def test_a_band_of_a_large_scene_and_what_is_missing_along_its_curves(monkeypatc
         findings(mesh, "x", settings=settings, band=(1.0, 2.0))
 
 
+def test_the_command_line_takes_a_band(tmp_path):
+    scene, path = tmp_path / "brake.toml", tmp_path / "brake.html"
+    assert CliRunner().invoke(main, ["init", str(scene)]).exit_code == 0
+    command = ["report", str(scene), "--duration", "0.01", "--band", "150", "250"]
+    told = CliRunner().invoke(main, command)
+    assert told.exit_code == 0, told.output
+    assert "Only modes from 150 to 250 Hz were computed." in told.output.replace("\n", " ")
+    text = path.read_text(encoding="utf-8")
+    assert "All modes from 150 to 250 Hz; 0.00 eigenvalues of this band were not found." in text
+    assert "--duration 0.01 --band 150.0 250.0" in text
+
+
 def test_curves_that_cannot_be_followed_say_why_and_wrong_names_are_refused():
     scene, settings = ss.models.two_subsystems(damping=0.0), {"duration": 0.01}
     values = {"friction": [0.0, 3.0], "stiffness": [0.5, 2.0]}
