@@ -1,6 +1,7 @@
 """Reduced models against full ones: eigenvalues, equilibria, matrices carried along, the way back."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -371,8 +372,30 @@ def test_growth_rates_hold_where_frequencies_alone_do_not():
         few = ss.complex_modes(tight.scene.replace(contacts=contacts), combination).eigenvalues
         nearest = few[np.abs(few - worst).argmin()]
         assert nearest.real == pytest.approx(worst.real, rel=0.06)
-    with pytest.raises(ss.InputError, match=r"growth_tolerance: 1e-07 is not reached with a lumped boundary"):
+    # The error names what the boundary allows, and that is enough.
+    with pytest.raises(
+        ss.InputError, match=r"growth_tolerance: 1e-07 is not reached with a lumped"
+    ) as refused:
         ss.fe.reduce(scene, band, combination=combination, growth_tolerance=1e-7)
+    named = float(re.search(r"give growth_tolerance=([\d.e-]+), or another boundary", str(refused.value))[1])
+    assert 1e-7 < named < 0.05
+    held = ss.fe.reduce(scene, band, combination=combination, growth_tolerance=named)
+    assert held.errors.growth_error.max() <= named
+
+
+@pytest.mark.parametrize(
+    ("offered", "named"),
+    [
+        (1.0 + 19.98j, "growth_tolerance=None"),
+        (0.1 + 20.0j, "growth_tolerance=0.67"),
+        (0.3 + 20.2j, "tolerance=0.01"),
+        (0.1 + 20.2j, "tolerance=0.0099 and growth_tolerance=0.67"),
+    ],
+)
+def test_tolerances_that_an_agreement_holds_are_named(offered, named):
+    """An error of 2/3 in the growth rate 0.3 1/s, of 7/3, and of 1 % in the frequency."""
+    found = compared(np.array([0.3 + 20.0j]), np.array([offered]), np.array([1.0, 50.0]), 1e-3)
+    assert found.attainable(1e-3, 0.05) == named
 
 
 def test_a_basis_with_the_shapes_of_complex_modes_has_their_eigenvalues(small):

@@ -68,6 +68,17 @@ class Agreement:
             return f"tolerance: {tolerance:g}"
         return f"growth_tolerance: {growth_tolerance:g}"
 
+    def attainable(self, tolerance: float, growth_tolerance: float) -> str:
+        """Return in words the tolerances that would have to be larger, and from what on they hold."""
+        if np.isinf(self.frequency).any() or self.spurious.size:
+            return "a larger tolerance"
+        found = (
+            ("tolerance", float(self.frequency.max()), tolerance),
+            ("growth_tolerance", float(self.growth.max()), growth_tolerance),
+        )
+        exceeded = [f"{name}={_not_below(error)}" for name, error, asked in found if error > asked]
+        return " and ".join(exceeded)
+
     def _off_frequency(self, tolerance: float, growth_tolerance: float) -> bool:
         if self.spurious.size or np.isinf(self.frequency).any():
             return True
@@ -97,6 +108,13 @@ class Agreement:
             "reduced one; take more modes, a smaller tolerance or another boundary"
             for k in np.flatnonzero(changed & np.isfinite(self.frequency)).tolist()
         ]
+
+
+def _not_below(value: float) -> str:
+    """Return a tolerance of at least this value in two digits, or None: an error of 1 says nothing."""
+    digit = 10.0 ** (np.floor(np.log10(value)) - 1.0)
+    rounded = float(np.ceil(value / digit * (1.0 + 1e-9)) * digit)
+    return f"{rounded:.2g}" if rounded < 1.0 else "None"
 
 
 def shown(value: complex) -> str:

@@ -298,7 +298,7 @@ def reduce(
         count = basis.modes.below(ABOVE * ends[1], most)
     elif (count := whole_number("modes", modes, 1)) > most:
         raise InputError(f"modes: expected at most {most}, got {count}")
-    best, told, waited = np.inf, "", 0
+    best, told, attainable, waited = np.inf, "", "", 0
     added = np.zeros(full.size, dtype=bool)
     while True:
         try:
@@ -319,6 +319,7 @@ def reduce(
         if excess < best or not told:
             unmet = f"{agreement.unmet(wanted, growth)} is not reached with a {boundary} boundary"
             best, told = excess, f"{unmet}: {count} modes leave {agreement.lacking(wanted, growth)}"
+            attainable = agreement.attainable(wanted, growth)
         stuck = waited > PATIENCE or count >= most
         wrong = (agreement.frequency > wanted) | (agreement.growth > growth)
         if boundary != "massless" and (stuck or not (agreement.frequency > wanted).any()):
@@ -328,7 +329,7 @@ def reduce(
         if (more > added).any():
             waited = 0
         elif stuck:
-            raise InputError(f"{told}, and more modes no less; {_remedy(scene, boundary)}")
+            raise InputError(f"{told}, and more modes no less; {_remedy(scene, boundary, attainable)}")
         if (more == added).all():
             count = min(most, max(count + 4, int(GROWTH * count)))
         added = more
@@ -376,12 +377,12 @@ def _combination_of(modes: Modes, scene: Scene, combination: str | None) -> str:
     return modes.combination
 
 
-def _remedy(scene: Scene, boundary: Boundary) -> str:
-    """Return in words what to do where a boundary does not allow the tolerances."""
+def _remedy(scene: Scene, boundary: Boundary, attainable: str) -> str:
+    """Return in words what to do where a boundary does not allow the tolerances, and which one it allows."""
     mass = sparse(scene.mass, scene.size)
     coupled = boundary == "lumped" and mass.count_nonzero() > np.count_nonzero(mass.diagonal())
     lumped = ", or lump the masses of the bodies (`Body.lumped`)" if coupled else ""
-    return f"give a larger tolerance, or another boundary{lumped}"
+    return f"give {attainable}, or another boundary{lumped}"
 
 
 def _tolerance(name: str, value: float) -> float:
