@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench compare docs pages gallery examples wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench bench-long compare docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -85,14 +85,22 @@ format: $(INSTALLED) ## Format Rust and Python
 INTO ?=
 BENCHES := "work_precision --figure $(OUT)/work-precision.png" batch_throughput studies \
 	"local_events --figure $(OUT)/local-events.png" peers_over_size method_choice eigenvalues missed_events \
-	reduced_cycles random_scenes meshed_contact band_modes stability_boundary reduced_growth reduced_variants
-bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs, within an hour; INTO=docs keeps them in the pages
-	@mkdir -p $(OUT); status=0; for bench in $(BENCHES); do \
-		begin=$$(date +%s); echo "bench $${bench%% *}"; script="benchmarks/$${bench%% *}.py $${bench#$${bench%% *}}"; \
+	reduced_cycles random_scenes meshed_contact band_modes stability_boundary reduced_growth \
+	"reduced_variants --variants 10"
+LONG_BENCHES := "reduced_growth --reductions 150" reduced_variants
+# $(1): the scripts
+run_benches = mkdir -p $(OUT); status=0; for bench in $(1); do \
+		begin=$$(date +%s); echo "bench $${bench%% *}"; script="benchmarks/$${bench%% *}.py $${bench\#$${bench%% *}}"; \
 		$(BIN)/python $$script $(INTO:%=--into %) || { echo "bench $${bench%% *} FAILED" >&2; status=1; }; \
 		echo "bench $${bench%% *} took $$(( $$(date +%s) - begin )) s"; \
-	done; \
+	done
+
+bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs, within an hour; INTO=docs keeps them in the pages
+	@$(call run_benches,$(BENCHES)); \
 	$(if $(INTO),cp $(OUT)/work-precision.png $(OUT)/local-events.png $(INTO) || status=1;) exit $$status
+
+bench-long: $(VENV)/.bench ## The tables of random reductions with 150 and 100 of them; INTO=docs keeps them in the pages
+	@$(call run_benches,$(LONG_BENCHES)); exit $$status
 
 # Where the other programs are: interpreters that import Siconos and pyHarm, the program of CalculiX; AUTO_DIR and FC for
 # AUTO-07p. A program that is missing fails its page, and the others are written.

@@ -95,9 +95,9 @@ WRITTEN = re.compile(r"<!-- ([\w-]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
 
 
 def test_every_block_has_one_command_that_writes_it():
-    """`make bench INTO=docs` and `make compare` write every block, and only blocks that a page has."""
+    """`make bench`, `bench-long` and `compare` write every block, and only blocks that a page has."""
     makefile = (pages.ROOT / "Makefile").read_text().replace("\\\n", " ")
-    benches = re.search(r"^BENCHES := (.*)$", makefile, re.MULTILINE)[1]
+    benches = " ".join(re.findall(r"^(?:LONG_)?BENCHES := (.*)$", makefile, re.MULTILINE))
     peers = re.search(r"for peer in (.*?); do", makefile)[1]
     scripts = [f"{name}.py" for name in _first_words(benches)]
     scripts += [f"comparisons/{name}.py" for name in _first_words(peers)]
