@@ -8,6 +8,7 @@ pub(crate) mod parallel;
 pub(crate) mod schur;
 pub(crate) mod sparse;
 pub(crate) mod sparse_factors;
+pub(crate) mod sparse_solver;
 
 pub use nalgebra::DMatrix;
 pub use sparse::SparseMatrix;

@@ -23,6 +23,15 @@ pub(crate) struct SparseCholesky {
     values: Vec<f64>,
 }
 
+/// Why a symmetric matrix has no Cholesky factor.
+#[derive(Debug)]
+pub(crate) enum NoCholesky {
+    /// The pivot of this row is not positive.
+    Pivot(usize),
+    /// It does not fit into the memory of the machine.
+    Memory,
+}
+
 /// The columns of a symmetric matrix, which are its rows.
 fn columns(matrix: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
     let (values, columns, starts) = matrix.compressed_rows();
@@ -34,11 +43,22 @@ fn columns(matrix: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
 impl SparseCholesky {
     /// The factor of a symmetric matrix, or the row of the first pivot that is not positive.
     pub fn new(matrix: &SparseMatrix) -> Result<Self, usize> {
+        Self::within_memory(matrix).map_err(|why| match why {
+            NoCholesky::Pivot(row) => row,
+            NoCholesky::Memory => panic!("memory for a factor"),
+        })
+    }
+
+    /// The same, also where the factor may be too large for the machine.
+    pub fn within_memory(matrix: &SparseMatrix) -> Result<Self, NoCholesky> {
         let (ordering, options) = (SymmetricOrdering::Amd, Default::default());
         let pattern =
             factorize_symbolic_cholesky(columns(matrix).symbolic(), Side::Lower, ordering, options)
-                .expect("memory for the pattern of a factor");
-        Self::with_pattern(Arc::new(pattern), matrix)
+                .map_err(|_| NoCholesky::Memory)?;
+        // An allocation that fails would end the process.
+        let entries = pattern.len_val();
+        Vec::<f64>::new().try_reserve_exact(entries).map_err(|_| NoCholesky::Memory)?;
+        Self::with_pattern(Arc::new(pattern), matrix).map_err(NoCholesky::Pivot)
     }
 
     /// The factor of another matrix whose entries have the same places.
@@ -100,16 +120,11 @@ impl SparseCholesky {
     }
 }
 
-/// Factors of any sparse matrix, its rows and columns scaled to entries of one size.
+/// Factors of any sparse matrix.
 #[derive(Debug)]
 pub(crate) struct SparseLu {
     factors: Lu<usize, f64>,
-    rows: Vec<f64>,
-    columns: Vec<f64>,
 }
-
-/// Steps of the estimate of a condition; as a rule it does not change after the second.
-const CONDITION_STEPS: usize = 5;
 
 /// Why a matrix has no factors.
 #[derive(Debug, PartialEq)]
@@ -136,80 +151,22 @@ impl From<FaerError> for NoFactors {
 }
 
 impl SparseLu {
-    /// The factors of a matrix if its scaled reciprocal condition is at least `least`.
-    pub fn new(matrix: &SparseMatrix, least: f64) -> Result<Self, NoFactors> {
-        let size = matrix.size();
-        let largest =
-            |row: usize| matrix.row(row).fold(0.0, |size: f64, entry| size.max(entry.1.abs()));
-        let column = |k: usize| match matrix.get(k, k).abs() {
-            0.0 => largest(k).sqrt(),
-            entry => entry.sqrt(),
-        };
-        let columns: Vec<f64> = (0..size).map(|k| column(k).recip()).collect();
-        let of_row = |row: usize| {
-            matrix.row(row).map(|(k, value)| (value * columns[k]).abs()).fold(0.0, f64::max).recip()
-        };
-        let rows: Vec<f64> = (0..size).map(of_row).collect();
-        if rows.iter().chain(&columns).any(|factor| !factor.is_finite()) {
-            return Err(NoFactors::Singular(0.0));
-        }
-        let scaled = SparseMatrix::from_rows(size, |row, entries| {
-            entries.extend(matrix.row(row).map(|(k, value)| (k, value * rows[row] * columns[k])));
-        });
+    /// The factors of a matrix whose entries are of one size.
+    pub fn new(matrix: &SparseMatrix) -> Result<Self, NoFactors> {
         // Compressed rows are the columns of the transpose.
-        let transposed = self::columns(&scaled);
+        let transposed = columns(matrix);
         let pattern = SymbolicLu::try_new(transposed.symbolic())?;
-        let factors = Lu::try_new_with_symbolic(pattern, transposed)?;
-        let found = Self { factors, rows, columns };
-        let norm = (0..size).map(|row| scaled.row(row).map(|entry| entry.1.abs()).sum::<f64>());
-        let condition = norm.fold(0.0, f64::max) * found.inverse_norm();
-        match 1.0 / condition {
-            reciprocal if reciprocal >= least => Ok(found),
-            reciprocal if reciprocal > 0.0 => Err(NoFactors::Singular(reciprocal)),
-            _ => Err(NoFactors::Singular(0.0)),
-        }
+        Ok(Self { factors: Lu::try_new_with_symbolic(pattern, transposed)? })
     }
 
-    /// `A^-1 x`
-    pub fn solve(&self, x: &[f64]) -> Vec<f64> {
-        let mut scaled: Vec<f64> = x.iter().zip(&self.rows).map(|(x, factor)| x * factor).collect();
-        self.solve_scaled(&mut scaled, false);
-        scaled.iter_mut().zip(&self.columns).for_each(|(x, factor)| *x *= factor);
-        scaled
-    }
-
-    fn solve_scaled(&self, x: &mut [f64], transposed: bool) {
-        let rows = x.len();
-        let x = MatMut::from_column_major_slice_mut(x, rows, 1);
+    /// Writes `A^-1 rhs`, or `A^-T rhs`, over rhs.
+    pub fn solve_in_place(&self, rhs: &mut DMatrix<f64>, transposed: bool) {
+        let (rows, columns) = rhs.shape();
+        let rhs = MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), rows, columns);
         match transposed {
-            true => self.factors.solve_in_place_with_conj(Conj::No, x),
-            false => self.factors.solve_transpose_in_place_with_conj(Conj::No, x),
+            true => self.factors.solve_in_place_with_conj(Conj::No, rhs),
+            false => self.factors.solve_transpose_in_place_with_conj(Conj::No, rhs),
         }
-    }
-
-    /// A lower bound of the row-sum norm of the inverse of the scaled matrix, as a rule the norm itself (Hager 1984);
-    /// infinite if the matrix has no inverse.
-    fn inverse_norm(&self) -> f64 {
-        let size = self.rows.len();
-        let mut estimate: f64 = 0.0;
-        let mut x = vec![1.0 / size as f64; size];
-        for _ in 0..CONDITION_STEPS {
-            self.solve_scaled(&mut x, true);
-            let norm: f64 = x.iter().map(|x| x.abs()).sum();
-            if !norm.is_finite() {
-                return f64::INFINITY;
-            }
-            if norm <= estimate {
-                break;
-            }
-            estimate = norm;
-            x.iter_mut().for_each(|x| *x = 1.0_f64.copysign(*x));
-            self.solve_scaled(&mut x, false);
-            let steepest = (0..size).max_by(|&i, &j| x[i].abs().total_cmp(&x[j].abs()));
-            x.fill(0.0);
-            steepest.into_iter().for_each(|k| x[k] = 1.0);
-        }
-        estimate
     }
 }
 
@@ -260,39 +217,6 @@ mod tests {
         assert!(factor.again(&grid(side, -smallest * (1.0 + 1e-9))).is_err());
         let matrix = SparseMatrix::diagonal(&[1.0, 2.0, -3.0, 4.0]);
         assert_eq!(SparseCholesky::new(&matrix).unwrap_err(), 2);
-    }
-
-    /// Rows and columns in units that differ by 16 powers of ten, and a matrix that is singular.
-    #[test]
-    fn solutions_of_an_unsymmetric_matrix() {
-        let side = 20;
-        let size = side * side;
-        let scale = |k: usize| 10.0_f64.powi((k % 5) as i32 * 4 - 8);
-        let plain = grid(side, 0.0);
-        let matrix = SparseMatrix::from_rows(size, |row, entries| {
-            let turned = |k: usize| if k == row + 1 { 0.7 } else { 0.0 };
-            entries.extend(
-                plain.row(row).map(|(k, value)| (k, scale(row) * (value + turned(k)) * scale(k))),
-            );
-        });
-        let factors = SparseLu::new(&matrix, 1e-13).unwrap();
-        let expected: Vec<f64> = (0..size).map(|k| (1.0 + k as f64).sin() / scale(k)).collect();
-        let found = factors.solve(&matrix.apply(&expected));
-        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            assert!(((found - expected) * scale(k)).abs() <= 1e4 * f64::EPSILON);
-        }
-        // Without its held edges the grid moves as a whole.
-        let loose = SparseMatrix::from_rows(3, |row, entries| match row {
-            1 => entries.extend([(0, -1.0), (1, 2.0), (2, -1.0)]),
-            0 => entries.extend([(0, 1.0), (1, -1.0)]),
-            _ => entries.extend([(1, -1.0), (2, 1.0)]),
-        });
-        let Err(NoFactors::Singular(condition)) = SparseLu::new(&loose, 1e-13) else {
-            panic!("a singular matrix")
-        };
-        assert!(condition < 1e-13);
-        let none = SparseLu::new(&SparseMatrix::diagonal(&[1.0, 0.0]), 1e-13);
-        assert_eq!(none.unwrap_err(), NoFactors::Singular(0.0));
         assert_eq!(NoFactors::from(LuError::Generic(FaerError::OutOfMemory)), NoFactors::Memory);
     }
 }

@@ -17,6 +17,8 @@ use nalgebra::{DMatrix, Scalar};
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::NoFactors;
+use crate::linalg::sparse_solver::{AddedRow, SparseSolver};
 use crate::numerics::singular_values::pseudo_inverse;
 use crate::scene::contact_law::{Contact, Directions, INDEPENDENCE};
 use crate::scene::model::Scene;
@@ -229,17 +231,34 @@ impl Reduction {
         })
     }
 
-    /// The part of it that merges add.
+    /// The rows that merges add to that of kept coordinates: their positions and entries.
+    pub(crate) fn added_rows(&self, matrix: &SparseMatrix) -> Vec<AddedRow> {
+        let row = |merge: &RowMerge| {
+            let entries = matrix.row(merge.normal);
+            let kept =
+                entries.filter_map(|(k, entry)| Some((self.places[k]?, merge.factor * entry)));
+            (merge.position, kept.collect())
+        };
+        self.merges.iter().map(row).collect()
+    }
+
+    /// The part of `L' matrix R` that merges add.
     pub(crate) fn merged_matrix(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
         let mut merged = DMatrix::zeros(self.size(), self.size());
-        for merge in &self.merges {
-            for (k, entry) in matrix.row(merge.normal) {
-                if let Some(j) = self.places[k] {
-                    merged[(merge.position, j)] += merge.factor * entry;
-                }
-            }
+        for (position, entries) in self.added_rows(matrix) {
+            entries.into_iter().for_each(|(j, entry)| merged[(position, j)] += entry);
         }
         merged
+    }
+
+    /// What solves with `L' K R`, which is symmetric but for the rows that friction adds.
+    pub(crate) fn solver(
+        &self,
+        stiffness: &SparseMatrix,
+        least: f64,
+    ) -> Result<SparseSolver, NoFactors> {
+        let kept = stiffness.restricted(&self.kept);
+        SparseSolver::new(&kept, &self.added_rows(stiffness), least)
     }
 
     /// `L' force`

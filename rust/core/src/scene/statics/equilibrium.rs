@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, smallest_relative_pivot, solve};
-use crate::linalg::sparse_factors::{NoFactors, SparseLu};
+use crate::linalg::sparse_factors::NoFactors;
+use crate::linalg::sparse_solver::SparseSolver;
 use crate::numerics::complementarity::{self, Complementarity, ENUMERATED};
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::Directions;
@@ -198,9 +199,8 @@ impl Scene {
         let (moving, reduction) = scene.in_motion(combination)?;
         let statics = Statics::in_bases(&moving, combination, &reduction);
         let rest = || {
-            let stiffness = reduction.sparse_matrix(&moving.stiffness);
-            let factors = SparseLu::new(&stiffness, SINGULAR).ok()?;
-            Some(DVector::from_vec(factors.solve(&statics.load)))
+            let solver = reduction.solver(&moving.stiffness, SINGULAR).ok()?;
+            Some(DVector::from_vec(solver.solve_one(&statics.load)))
         };
         Ok(statics.steady_at(combination, rest))
     }
@@ -240,10 +240,10 @@ struct StaticContacts<'a> {
     closed: Combination,
     preferred: Combination,
     reduction: Reduction,
-    factors: SparseLu,
+    solver: SparseSolver,
     /// Kept coordinates with all contacts closed, and what one unit of each gap adds.
     rest: Vec<f64>,
-    responses: Vec<Vec<f64>>,
+    responses: DMatrix<f64>,
     matrix: DMatrix<f64>,
     offsets: DVector<f64>,
 }
@@ -278,23 +278,25 @@ impl<'a> StaticContacts<'a> {
             .filter(stop)
             .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
         let reduction = Reduction::with_massless(scene, &closed);
-        let stiffness = reduction.sparse_matrix(&scene.stiffness);
-        let factors = SparseLu::new(&stiffness, SINGULAR).map_err(|why| match why {
+        let solver = reduction.solver(&scene.stiffness, SINGULAR).map_err(|why| match why {
             NoFactors::Singular(reciprocal_condition) => {
                 Error::SingularStiffness { combination: closed.to_string(), reciprocal_condition }
             }
             NoFactors::Memory => Error::Memory {
                 what: "scene: the factors of its stiffness",
-                size: stiffness.size(),
+                size: reduction.size(),
                 remedy: "mesh it more coarsely, or reduce its bodies first",
             },
         })?;
-        let rest = factors.solve(&reduction.force_constant(scene));
+        let rest = solver.solve_one(&reduction.force_constant(scene));
         let mut places = vec![0.0; scene.size];
         reduction.place_closed(&mut places);
         let normals = || unilateral.iter().map(|&contact| scene.contacts[contact].normal);
-        let response = |normal: usize| factors.solve(&reduction.force(&scene.held_load(normal)));
-        let responses: Vec<Vec<f64>> = normals().map(response).collect();
+        let mut loads = DMatrix::zeros(reduction.size(), unilateral.len());
+        for (mut column, normal) in loads.column_iter_mut().zip(normals()) {
+            column.copy_from_slice(&reduction.force(&scene.held_load(normal)));
+        }
+        let responses = solver.solve(loads);
         let reaction = |normal: usize, moved: &[f64]| -> Vec<f64> {
             let entries = scene.stiffness.row(normal);
             entries.filter_map(|(k, value)| Some(value * moved[reduction.place(k)?])).collect()
@@ -304,7 +306,7 @@ impl<'a> StaticContacts<'a> {
         for (i, normal) in normals().enumerate() {
             for (j, other) in normals().enumerate() {
                 matrix[(i, j)] = scene.stiffness.get(normal, other)
-                    + reaction(normal, &responses[j]).iter().sum::<f64>();
+                    + reaction(normal, responses.column(j).as_slice()).iter().sum::<f64>();
             }
         }
         let offset = |normal: usize| {
@@ -321,7 +323,7 @@ impl<'a> StaticContacts<'a> {
             closed,
             preferred,
             reduction,
-            factors,
+            solver,
             rest,
             responses,
             matrix,
@@ -357,7 +359,7 @@ impl<'a> StaticContacts<'a> {
         let mut add = |still: &[f64], normal_forces: DVector<f64>| {
             let gaps = factors.solve(-normal_forces);
             for (i, &k) in reduction.kept.iter().enumerate() {
-                let follow = opened.iter().zip(&gaps).map(|(&j, gap)| self.responses[j][i] * gap);
+                let follow = opened.iter().zip(&gaps).map(|(&j, gap)| self.responses[(i, j)] * gap);
                 q[k] += still[i] + follow.sum::<f64>();
             }
             opened.iter().zip(&gaps).for_each(|(&j, gap)| q[normal(j)] += gap);
@@ -378,7 +380,7 @@ impl<'a> StaticContacts<'a> {
                 residual[merge.position] =
                     row.add(of_row(merge.normal).times(merge.factor)).value();
             }
-            let still = self.factors.solve(&residual);
+            let still = self.solver.solve_one(&residual);
             let normal_force = |&place: &usize| {
                 let entries = scene.stiffness.row(normal(place));
                 let moved =
