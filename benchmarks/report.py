@@ -61,7 +61,7 @@ class Report:
         if len(holding) != 1:
             raise SystemExit(f"{folder}: {len(holding)} pages have a block '{begin}' to '{end}', not one")
         old = holding[0].read_text(encoding="utf-8")
-        holding[0].write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old), encoding="utf-8")
+        holding[0].write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n{end}", old), encoding="utf-8")
 
 
 def arguments(description: str) -> argparse.ArgumentParser:

@@ -140,10 +140,13 @@ def test_tables_of_a_comparison_state_one_commit_and_one_build():
         assert len(stated(page)) == 1
 
 
-def test_every_measured_number_states_its_build():
-    """Every block states one commit without changes, and outside of blocks no such page has a table."""
+def test_no_measured_page_holds_a_number_of_another_build():
+    """All blocks of `make bench` are of one commit and build, and outside of them no page that is measured has a table."""
+    pages_of_bench = (*MEASURED, "docs/stability-boundaries.md")
+    builds = {name: {build.rpartition(",")[0] for build in stated(SHORT[name])} for name in pages_of_bench}
+    assert all(builds.values())
+    assert len(set.union(*builds.values())) == 1, builds
     for name in MEASURED:
-        assert stated(SHORT[name])
         outside = WRITTEN.sub("", SHORT[name].read_text(encoding="utf-8"))
         assert not re.search(r"^\|", outside, re.MULTILINE), name
 

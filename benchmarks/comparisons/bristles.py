@@ -1,12 +1,14 @@
-"""LuGre's usual numbers, a mass that sticks and slips, by this program and by heyoka.
+"""LuGre's usual numbers, a mass that sticks and slips, by this program and by others.
 
-Both programs follow the run of twelve seconds up to each change of sign of the velocity of the mass. The
+All programs follow the run of twelve seconds up to each change of sign of the velocity of the mass. The
 error is the largest of the times of these four turns against the digits that others published.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -46,20 +48,79 @@ def by_heyoka(tolerance: float = 0.0) -> Callable[[], np.ndarray]:
 
     both = {sign: integrator(sign) for sign in (1.0, -1.0)}
 
-    def run() -> np.ndarray:
-        sign, time, state, turns = 1.0, 0.0, np.zeros(3), []
-        while time < DURATION:
-            own = both[sign]
-            own.reset_cooldowns()
-            own.time, own.state[:] = time, state
-            own.propagate_until(DURATION)
-            time, state = own.time, own.state.copy()
-            if time < DURATION:
-                turns.append(time)
-                state[1], sign = 0.0, -sign
-        return np.array(turns)
+    def advance(sign: float, time: float, state: np.ndarray) -> tuple[float, np.ndarray]:
+        own = both[sign]
+        own.reset_cooldowns()
+        own.time, own.state[:] = time, state
+        own.propagate_until(DURATION)
+        return own.time, own.state.copy()
 
-    return run
+    return partial(turns_by, advance)
+
+
+def turns_by(advance: Callable[[float, float, np.ndarray], tuple[float, np.ndarray]]) -> np.ndarray:
+    """Return the turns by what goes to the next one from a sign of the velocity, a time and a state."""
+    sign, time, state, turns = 1.0, 0.0, np.zeros(3), []
+    while True:
+        time, state = advance(sign, time, state)
+        if time >= DURATION:
+            return np.array(turns)
+        turns.append(time)
+        state[1], sign = 0.0, -sign
+
+
+def rates(time: float, state: np.ndarray, sign: float) -> list[float]:
+    """Return the rates of place, velocity and deflection while the velocity has a sign."""
+    x, v, z = state
+    level = LAW.kinetic + (LAW.static - LAW.kinetic) * math.exp(-((v / LAW.speed) ** 2))
+    bent = v - LAW.stiffness * sign * v * z / level
+    friction = LAW.stiffness * z + LAW.damping * bent + LAW.viscous * v
+    return [v, SPRING * (PULLED * time - x) - friction, bent]
+
+
+def by_lsoda(tolerance: float) -> Callable[[], np.ndarray]:
+    """Return the turns by scipy's LSODA, whose roots are those of its interpolant."""
+    from scipy.integrate import solve_ivp
+
+    def advance(sign: float, time: float, state: np.ndarray) -> tuple[float, np.ndarray]:
+        def turned(_: float, state: np.ndarray, __: float) -> float:
+            return float(state[1])
+
+        turned.terminal, turned.direction = True, -sign  # type: ignore[attr-defined]
+        solution = solve_ivp(
+            rates, (time, DURATION), state, "LSODA", events=turned, args=(sign,),
+            rtol=tolerance, atol=tolerance * np.array([1.0, 1.0, 1e-5]),
+        )  # fmt: skip
+        return solution.t[-1], solution.y[:, -1].copy()
+
+    return partial(turns_by, advance)
+
+
+def by_cvode(tolerance: float) -> Callable[[], np.ndarray]:
+    """Return the turns by CVODE's backward differentiation with its own search for roots."""
+    from sksundae.cvode import CVODE
+
+    def solver(sign: float) -> Any:
+        def changes(time: float, state: np.ndarray, found: np.ndarray) -> None:
+            found[:] = rates(time, state, sign)
+
+        def turned(_: float, state: np.ndarray, value: np.ndarray) -> None:
+            value[0] = state[1]
+
+        turned.terminal, turned.direction = [True], [int(-sign)]  # type: ignore[attr-defined]
+        return CVODE(
+            changes, method="BDF", rtol=tolerance, atol=tolerance * np.array([1.0, 1.0, 1e-5]),
+            eventsfn=turned, num_events=1, max_num_steps=1_000_000,
+        )  # fmt: skip
+
+    both = {sign: solver(sign) for sign in (1.0, -1.0)}
+
+    def advance(sign: float, time: float, state: np.ndarray) -> tuple[float, np.ndarray]:
+        both[sign].init_step(time, state)
+        found = both[sign].step(DURATION, "normal", DURATION)
+        return found.t, found.y.copy()
+
+    return partial(turns_by, advance)
 
 
 def error(turns: np.ndarray) -> str:

@@ -1,9 +1,10 @@
 """Beside heyoka: the events of one run by Taylor integration, errors beside times over its tolerance.
 
 Five scenes: the standard run, the same under Stribeck friction, the same with one and with four cubic
-springs, and LuGre's bristles. The programs take turns, round by round. Times are processor time, the least
-over all rounds; the compilation of heyoka is apart. The errors are the largest of the times of events against
-references of 45 or more digits, and of the digits that others published for the bristles.
+springs, and LuGre's bristles, these by LSODA and CVODE, too. The programs take turns, round by round. Times
+are processor time, the least over all rounds; the compilation of heyoka is apart. The errors are the largest
+of the times of events against references of 45 or more digits, and of the digits that others published for
+the bristles.
 """
 
 from __future__ import annotations
@@ -69,8 +70,10 @@ def main() -> None:
     rows = []
     for name, (ours, prepare, missed) in scenes().items():
         runs = {"stickslip": ours} | {
-            f"heyoka, {name}": prepare(number) for name, number in TOLERANCES.items()
+            f"heyoka, {tolerance}": prepare(number) for tolerance, number in TOLERANCES.items()
         }
+        if name == "bristles":
+            runs |= {"LSODA, 1e-13": bristles.by_lsoda(1e-13), "CVODE, 1e-12": bristles.by_cvode(1e-12)}
         # The first run compiles.
         found = {program: run() for program, run in runs.items()}
         for program, times in in_turns(runs, chosen.rounds).items():
@@ -82,7 +85,7 @@ def main() -> None:
             )  # fmt: skip
     report = Report("heyoka")
     report.table(("scene", "program", "events", "ms", "error, s"), rows)
-    report.finish(chosen.into, "stickslip", "heyoka", "numpy", "mpmath")
+    report.finish(chosen.into, "stickslip", "heyoka", "numpy", "scipy", "scikit-sundae", "mpmath")
 
 
 if __name__ == "__main__":
