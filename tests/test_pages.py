@@ -95,7 +95,7 @@ WRITTEN = re.compile(r"<!-- ([\w-]+) -->\n(.*?)<!-- end of \1 -->", re.DOTALL)
 
 
 def test_every_block_has_one_command_that_writes_it():
-    """`make bench` or `compare` writes every block, and only blocks that a page has; `bench-long` some with more samples."""
+    """`make bench` or `compare` writes every block, and only those; `bench-long` some with more samples."""
     makefile = (pages.ROOT / "Makefile").read_text().replace("\\\n", " ")
     benches = " ".join(re.findall(r"^(?:LONG_)?BENCHES := (.*)$", makefile, re.MULTILINE))
     peers = re.search(r"for peer in (.*?); do", makefile)[1]
@@ -141,7 +141,7 @@ def test_tables_of_a_comparison_state_one_commit_and_one_build():
 
 
 def test_no_measured_page_holds_a_number_of_another_build():
-    """All blocks of `make bench` are of one commit and build, and outside of them no page that is measured has a table."""
+    """All blocks of `make bench` are of one commit; outside of them no page that is measured has a table."""
     pages_of_bench = (*MEASURED, "docs/stability-boundaries.md")
     builds = {name: {build.rpartition(",")[0] for build in stated(SHORT[name])} for name in pages_of_bench}
     assert all(builds.values())
