@@ -244,6 +244,13 @@ def test_a_hundred_random_scenes_beside_their_maps():
     assert sum(found) > 100
 
 
+def test_cubics_follow_a_curve_that_bends_between_two_points():
+    """Two modes nearly meet there."""
+    scene, parameters = random_plane(3, 85)
+    boundary = ss.stability_boundary(scene, parameters)
+    assert contradictions(boundary, scene, parameters, 100)[0] == []
+
+
 def boundary_of(scene, parameters):
     """Return the boundary; None where there is a reason not to have one."""
     try:

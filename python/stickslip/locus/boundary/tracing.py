@@ -21,6 +21,10 @@ from stickslip.scene.checks import Real
 _LARGEST, _SMALLEST = 0.08, 1e-9
 #: Angle between tangents of neighbours that steps aim at, and at which they are refused, rad.
 _ANGLE, _REFUSED = 0.15, 0.5
+#: Distance of a curve from the cubic between two points, of the unit square, above which one is put between.
+_BENT = 5e-5
+#: Times that this is looked for along a curve.
+_HALVINGS = 8
 #: Way to the border at which a curve ends that Newton's method cannot follow, as where damping vanishes.
 _EDGE = 1e-6
 #: Part of a tangent below which it is rounding.
@@ -224,28 +228,74 @@ def _finished(
     # An end at the start is that point twice.
     kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
     tangents: list[Real] = []
-    errors, growth = [], []
-    way = None
+    way = kept[min(1, len(kept) - 1)] - kept[0]
     for y in kept:
-        errors.append(condition.settle(y))
+        condition.settle(y)
         along = tangent(condition.equations(y)[1])
-        growth.append(condition.growth(y))
-        if way is None and len(kept) > 1:
-            way = kept[1] - kept[0]
-        tangents.append(along if way is None or along @ way >= 0.0 else -along)
+        tangents.append(along if along @ way >= 0.0 else -along)
         way = tangents[-1]
+    # The points of a band are counted.
+    if missing is None:
+        _refine(condition, kept, tangents)
     trace = Trace(
         condition,
         np.array(kept),
         np.array(tangents),
-        np.array(errors),
-        np.array(growth),
+        np.array([condition.settle(y) for y in kept]),
+        np.array([condition.growth(y) for y in kept]),
         ends,
         missing=missing,
     )
     for axis in (0, 1):
         _turned(trace, axis)
     return trace
+
+
+def _refine(condition: Condition, points: list[Real], tangents: list[Real]) -> None:
+    """Put points between those whose cubic may leave the curve, half of the way along it."""
+    for _ in range(_HALVINGS):
+        bent = [k for k, off in enumerate(_bent(points, tangents)) if off > _BENT]
+        for k in reversed(bent):
+            way = float(np.linalg.norm(points[k + 1] - points[k]))
+            guess = _cubic((points[k], points[k + 1]), (tangents[k], tangents[k + 1]), way, 0.5)
+            along = points[k + 1] - points[k]
+            found = corrected(condition, guess, along, float(along @ guess))
+            if found is None or not _inside(condition, found[0]):
+                continue
+            condition.settle(found[0])
+            after = tangent(condition.equations(found[0])[1])
+            points.insert(k + 1, found[0])
+            tangents.insert(k + 1, after if after @ along >= 0.0 else -after)
+        if not bent:
+            return
+
+
+def _bent(points: list[Real], tangents: list[Real]) -> Real:
+    """Return about how far a curve is from the cubic between each point and the next.
+
+    A cubic misses a curve of the fourth derivative d at the part t of its way H by
+    ``t^2 (1 - t)^2 H^4 d / 24``, so that the cubic between the neighbours of a point says how far those
+    beside the point are from the curve.
+    """
+    found = np.zeros(max(len(points) - 1, 0))
+    ways = [float(np.linalg.norm(b - a)) for a, b in pairwise(points)]
+    for k in range(1, len(points) - 1):
+        before, after = ways[k - 1 : k + 1]
+        way = before + after
+        y = _cubic((points[k - 1], points[k + 1]), (tangents[k - 1], tangents[k + 1]), way, before / way)
+        (x, z), along = (y - points[k])[:2], tangents[k][:2]
+        across = abs(float(along[0] * z - along[1] * x)) / max(float(np.linalg.norm(along)), 1e-300)
+        for place, ratio in ((k - 1, before / after), (k, after / before)):
+            found[place] = max(found[place], across * ratio**2 / 16.0)
+    return found
+
+
+def _cubic(points: tuple[Real, Real], tangents: tuple[Real, Real], way: float, t: float) -> Real:
+    """Return the cubic between two points, with tangents over the way between them, at the part t of it."""
+    (a, b), (begin, end) = points, tangents
+    s, r = t * t * (3.0 - 2.0 * t), t * (1.0 - t)
+    y: Real = a + s * (b - a) + way * r * ((1.0 - t) * begin - t * end)
+    return y
 
 
 def _turned(trace: Trace, axis: int) -> None:
@@ -274,10 +324,8 @@ def _turned(trace: Trace, axis: int) -> None:
 def hermite(trace: Trace, k: int, t: float) -> Real:
     """Return the cubic between points k and k + 1 at the part t of the way."""
     a, b = trace.points[k : k + 2]
-    way = float(np.linalg.norm(b - a))
-    s, r = t * t * (3.0 - 2.0 * t), t * (1.0 - t)
-    y: Real = a + s * (b - a) + way * r * ((1.0 - t) * trace.tangents[k] - t * trace.tangents[k + 1])
-    return y
+    begin, end = trace.tangents[k : k + 2]
+    return _cubic((a, b), (begin, end), float(np.linalg.norm(b - a)), t)
 
 
 def crossings(trace: Trace, axis: int, place: float, *, exact: bool) -> list[Crossing]:
