@@ -10,12 +10,11 @@ way round.
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from clock import clocked
 
 import stickslip as ss
 from report import Report, arguments
@@ -23,7 +22,7 @@ from stickslip import types
 from stickslip.scene.parameters.family import Family
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
-from curve_checks import contradictions, counts, random_plane
+from curve_checks import PLANES, contradictions, counts, random_plane
 
 SCENES, SEED, CELLS = 100, 3, 100
 #: Names of friction; no scene is varied over both.
@@ -35,24 +34,6 @@ REFUSED = {
     "neither grows nor decays": "have no damping",
     "contacts open or close": "change their contacts over the ranges",
 }
-PUBLISHED: dict[str, tuple[Any, dict[str, tuple[float, float]]]] = {
-    "friction and slider speed": (
-        ss.models.two_subsystems(),
-        {"friction": (0.0, 3.0), "slider_speed": (0.01, 1.0)},
-    ),
-    "friction and a stiffness": (
-        ss.models.two_subsystems,
-        {"friction": (0.0, 3.0), "vertical_stiffness_0": (5e4, 2e6)},
-    ),
-    "friction and damping": (ss.models.two_subsystems, {"friction": (0.0, 3.0), "damping": (0.0, 2e-4)}),
-}
-
-
-def timed(compute: Callable[[], Any]) -> tuple[float, Any]:
-    """Return the processor time of all threads, s, and the result."""
-    begin = time.process_time()
-    found = compute()
-    return time.process_time() - begin, found
 
 
 def by_rows(model: Any, parameters: dict[str, tuple[float, float]]) -> None:
@@ -70,10 +51,10 @@ def by_rows(model: Any, parameters: dict[str, tuple[float, float]]) -> None:
 
 def times(model: Any, parameters: dict[str, tuple[float, float]]) -> tuple[float, float, Any, Any]:
     """Return processor times of curves and map, one after the other, and curves and map."""
-    own, found = timed(lambda: ss.stability_boundary(model, parameters, progress=False))
-    other, grid = timed(lambda: counts(model, parameters, CELLS))
+    own, found = clocked(lambda: ss.stability_boundary(model, parameters, progress=False))
+    other, grid = clocked(lambda: counts(model, parameters, CELLS))
     if isinstance(model, ss.Scene) and any(name in FRICTION for name in parameters):
-        other = min(other, timed(lambda: by_rows(model, parameters))[0])
+        other = min(other, clocked(lambda: by_rows(model, parameters))[0])
     return own, other, found, grid
 
 
@@ -114,12 +95,12 @@ def random_scenes(number: int, report: Report) -> None:
 def published(report: Report) -> None:
     """Add the table of the published model."""
     table = []
-    for name, (model, parameters) in PUBLISHED.items():
+    for name, (model, parameters) in PLANES.items():
         own, other, found, _ = times(model, parameters)
         denied, compared = contradictions(found, model, parameters, FINE)
         table.append(
             [
-                name,
+                f"friction and {name}",
                 f"{1e3 * own:.0f}",
                 f"{1e3 * other:.0f}",
                 f"{len(denied)} of {compared}",
@@ -147,7 +128,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=SCENES, help="number of random scenes")
     options = parser.parse_args()
     report = Report("stability-boundary")
-    times(*PUBLISHED["friction and damping"])  # loads what is loaded once
+    times(*PLANES["damping"])  # loads what is loaded once
     random_scenes(options.scenes, report)
     published(report)
     report.finish(options.into, "stickslip", "numpy", "scipy")

@@ -19,6 +19,8 @@ import stickslip as ss
 LAW = ss.friction.LuGre(static=1.5, kinetic=1.0, speed=1e-3, stiffness=1e5, damping=np.sqrt(1e5), viscous=0.4)
 #: N/m, m/s and s.
 SPRING, PULLED, DURATION = 2.0, 0.1, 12.0
+#: Of place, velocity and deflection.
+SIZES = np.array([1.0, 1.0, 1e-5])
 #: Times at which the mass turns, s.
 TURNS = np.array([10.2660909412841, 10.2764203978014, 10.2926632434272, 10.3009597155445])
 
@@ -34,17 +36,13 @@ def by_heyoka(tolerance: float = 0.0) -> Callable[[], np.ndarray]:
     """Return the turns by heyoka, an integrator for each sign of the velocity; tolerance 0: an ulp."""
     import heyoka as hy
 
-    x, v, z = hy.make_vars("x", "v", "z")
-    level = LAW.kinetic + (LAW.static - LAW.kinetic) * hy.exp(-((v / LAW.speed) ** 2.0))
+    variables = hy.make_vars("x", "v", "z")
 
     def integrator(sign: float) -> Any:
-        bent = v - LAW.stiffness * sign * v * z / level
-        friction = LAW.stiffness * z + LAW.damping * bent + LAW.viscous * v
-        equations = [(x, v), (v, SPRING * (PULLED * hy.time - x) - friction), (z, bent)]
+        equations = zip(variables, rates(hy.time, variables, sign, hy.exp), strict=True)
         falling = hy.event_direction.negative if sign > 0.0 else hy.event_direction.positive
-        return hy.taylor_adaptive(
-            equations, [0.0, 0.0, 0.0], t_events=[hy.t_event(v, direction=falling)], tol=tolerance
-        )
+        turned = hy.t_event(variables[1], direction=falling)
+        return hy.taylor_adaptive(list(equations), [0.0, 0.0, 0.0], t_events=[turned], tol=tolerance)
 
     both = {sign: integrator(sign) for sign in (1.0, -1.0)}
 
@@ -69,10 +67,10 @@ def turns_by(advance: Callable[[float, float, np.ndarray], tuple[float, np.ndarr
         state[1], sign = 0.0, -sign
 
 
-def rates(time: float, state: np.ndarray, sign: float) -> list[float]:
-    """Return the rates of place, velocity and deflection while the velocity has a sign."""
+def rates(time: Any, state: Any, sign: float, exp: Callable[[Any], Any] = math.exp) -> list[Any]:
+    """Return the rates of place, velocity and deflection while the velocity has a sign; also of variables."""
     x, v, z = state
-    level = LAW.kinetic + (LAW.static - LAW.kinetic) * math.exp(-((v / LAW.speed) ** 2))
+    level = LAW.kinetic + (LAW.static - LAW.kinetic) * exp(-((v / LAW.speed) ** 2.0))
     bent = v - LAW.stiffness * sign * v * z / level
     friction = LAW.stiffness * z + LAW.damping * bent + LAW.viscous * v
     return [v, SPRING * (PULLED * time - x) - friction, bent]
@@ -89,7 +87,7 @@ def by_lsoda(tolerance: float) -> Callable[[], np.ndarray]:
         turned.terminal, turned.direction = True, -sign  # type: ignore[attr-defined]
         solution = solve_ivp(
             rates, (time, DURATION), state, "LSODA", events=turned, args=(sign,),
-            rtol=tolerance, atol=tolerance * np.array([1.0, 1.0, 1e-5]),
+            rtol=tolerance, atol=tolerance * SIZES,
         )  # fmt: skip
         return solution.t[-1], solution.y[:, -1].copy()
 
@@ -109,7 +107,7 @@ def by_cvode(tolerance: float) -> Callable[[], np.ndarray]:
 
         turned.terminal, turned.direction = [True], [int(-sign)]  # type: ignore[attr-defined]
         return CVODE(
-            changes, method="BDF", rtol=tolerance, atol=tolerance * np.array([1.0, 1.0, 1e-5]),
+            changes, method="BDF", rtol=tolerance, atol=tolerance * SIZES,
             eventsfn=turned, num_events=1, max_num_steps=1_000_000,
         )  # fmt: skip
 

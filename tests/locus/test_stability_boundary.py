@@ -7,17 +7,11 @@ import pytest
 
 import interrupts
 import stickslip as ss
-from curve_checks import contradictions, random_plane
+from curve_checks import PLANES, contradictions, random_plane
 from stickslip.locus.boundary.curves import pieces
 from stickslip.scene.parameters.family import Family
 
 TWO = ss.models.two_subsystems
-#: Planes of the published model.
-PLANES = {
-    "slider speed": (TWO(), {"friction": (0.0, 3.0), "slider_speed": (0.01, 1.0)}),
-    "stiffness": (TWO, {"friction": (0.0, 3.0), "vertical_stiffness_0": (5e4, 2e6)}),
-    "damping": (TWO, {"friction": (0.0, 3.0), "damping": (0.0, 2e-4)}),
-}
 
 
 def oscillators(*rates):
@@ -58,7 +52,7 @@ def test_the_published_model_beside_a_fine_map(published, name):
     assert (wrong, compared) == ([], 2 * 400 * 399)
 
 
-@pytest.mark.parametrize("name", ["slider speed", "stiffness"])
+@pytest.mark.parametrize("name", ["slider speed", "a stiffness"])
 def test_points_are_on_their_curve(published, name):
     model, _ = PLANES[name]
     for curve in published[name]:
@@ -90,7 +84,7 @@ def test_curves_without_damping_begin_at_lock_ins(published):
 
 
 def test_two_curves_cross_at_a_double_hopf_point(published):
-    (point,) = (one for one in published["stiffness"].points if one.kind == "double_hopf")
+    (point,) = (one for one in published["a stiffness"].points if one.kind == "double_hopf")
     modes = ss.complex_modes(Family(TWO).scene(point.values))
     on_axis = np.abs(modes.eigenvalues.real) <= 1e-12 * np.abs(modes.eigenvalues)
     assert np.count_nonzero(on_axis & (modes.eigenvalues.imag > 0.0)) == 2
@@ -100,7 +94,7 @@ def test_two_curves_cross_at_a_double_hopf_point(published):
 
 def test_a_curve_turns_where_the_critical_friction_is_least(published):
     (least, *_) = sorted(
-        (one for one in published["stiffness"].points if one.parameter == "friction"),
+        (one for one in published["a stiffness"].points if one.parameter == "friction"),
         key=lambda one: one.values["friction"],
     )
     stiffness = least.values["vertical_stiffness_0"]
@@ -289,7 +283,7 @@ def agrees(seed, index):
 
 
 def test_a_boundary_is_told_drawn_and_kept(published, tmp_path):
-    boundary = published["stiffness"]
+    boundary = published["a stiffness"]
     data = boundary.to_dataset()
     assert data.sizes["point"] == sum(len(curve.values) for curve in boundary)
     assert data.at_vertical_stiffness_0.attrs["units"] == "N/m"
@@ -313,7 +307,7 @@ def test_a_boundary_is_told_drawn_and_kept(published, tmp_path):
 
 
 def test_a_curve_becomes_thin_where_it_meets_another_one(published):
-    boundary = published["stiffness"]
+    boundary = published["a stiffness"]
     (double,) = (point for point in boundary.points if point.kind == "double_hopf")
     place = np.array(list(double.values.values())) / boundary.spans
     for curve in boundary:

@@ -21,6 +21,12 @@ RANGES = {
     "circulatory": (-3.0, 3.0),
     "force": (0.5, 2.0),
 }
+#: Planes of the published model, by what is varied besides friction.
+PLANES = {
+    "slider speed": (ss.models.two_subsystems(), {"friction": (0.0, 3.0), "slider_speed": (0.01, 1.0)}),
+    "a stiffness": (ss.models.two_subsystems, {"friction": (0.0, 3.0), "vertical_stiffness_0": (5e4, 2e6)}),
+    "damping": (ss.models.two_subsystems, {"friction": (0.0, 3.0), "damping": (0.0, 2e-4)}),
+}
 #: What random scenes have besides.
 EXTRAS = [(), (), ("unsymmetric",), ("unsymmetric",), ("laws",), ("compliant",)]
 

@@ -39,6 +39,10 @@ _POINTS = 20_000
 _SLOW = 1e-5
 
 
+#: Point, tangent, `Trace.errors` and `Trace.growth` of it.
+Settled = tuple[Real, Real, float, Real]
+
+
 class _LostError(Exception):
     """Newton's method leaves a curve between two of its points."""
 
@@ -227,67 +231,60 @@ def _finished(
     """Return a curve with tangents that follow it, and with the points at which it turns."""
     # An end at the start is that point twice.
     kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
-    tangents: list[Real] = []
+    found: list[Settled] = []
     way = kept[min(1, len(kept) - 1)] - kept[0]
     for y in kept:
-        condition.settle(y)
-        along = tangent(condition.equations(y)[1])
-        tangents.append(along if along @ way >= 0.0 else -along)
-        way = tangents[-1]
+        found.append(_settled(condition, y, way))
+        way = found[-1][1]
     # The points of a band are counted.
     if missing is None:
-        _refine(condition, kept, tangents)
-    trace = Trace(
-        condition,
-        np.array(kept),
-        np.array(tangents),
-        np.array([condition.settle(y) for y in kept]),
-        np.array([condition.growth(y) for y in kept]),
-        ends,
-        missing=missing,
-    )
+        _refine(condition, found)
+    places, tangents, errors, growth = map(np.array, zip(*found, strict=True))
+    trace = Trace(condition, places, tangents, errors, growth, ends, missing=missing)
     for axis in (0, 1):
         _turned(trace, axis)
     return trace
 
 
-def _refine(condition: Condition, points: list[Real], tangents: list[Real]) -> None:
+def _settled(condition: Condition, y: Real, way: Real) -> Settled:
+    """Return a point of a curve with what `Trace` has of it, the tangent along the way."""
+    error = condition.settle(y)
+    along = tangent(condition.equations(y)[1])
+    return y, along if along @ way >= 0.0 else -along, error, condition.growth(y)
+
+
+def _refine(condition: Condition, found: list[Settled]) -> None:
     """Put points between those whose cubic may leave the curve, half of the way along it."""
     for _ in range(_HALVINGS):
-        bent = [k for k, off in enumerate(_bent(points, tangents)) if off > _BENT]
+        bent = [k for k, off in enumerate(_bent(found)) if off > _BENT]
         for k in reversed(bent):
-            way = float(np.linalg.norm(points[k + 1] - points[k]))
-            guess = _cubic((points[k], points[k + 1]), (tangents[k], tangents[k + 1]), way, 0.5)
-            along = points[k + 1] - points[k]
-            found = corrected(condition, guess, along, float(along @ guess))
-            if found is None or not _inside(condition, found[0]):
-                continue
-            condition.settle(found[0])
-            after = tangent(condition.equations(found[0])[1])
-            points.insert(k + 1, found[0])
-            tangents.insert(k + 1, after if after @ along >= 0.0 else -after)
+            (a, begin, *_), (b, end, *_) = found[k : k + 2]
+            guess = _cubic((a, b), (begin, end), float(np.linalg.norm(b - a)), 0.5)
+            between = corrected(condition, guess, b - a, float((b - a) @ guess))
+            if between is not None and _inside(condition, between[0]):
+                found.insert(k + 1, _settled(condition, between[0], b - a))
         if not bent:
             return
 
 
-def _bent(points: list[Real], tangents: list[Real]) -> Real:
+def _bent(found: list[Settled]) -> Real:
     """Return about how far a curve is from the cubic between each point and the next.
 
     A cubic misses a curve of the fourth derivative d at the part t of its way H by
     ``t^2 (1 - t)^2 H^4 d / 24``, so that the cubic between the neighbours of a point says how far those
     beside the point are from the curve.
     """
-    found = np.zeros(max(len(points) - 1, 0))
-    ways = [float(np.linalg.norm(b - a)) for a, b in pairwise(points)]
-    for k in range(1, len(points) - 1):
+    ways = [float(np.linalg.norm(b[0] - a[0])) for a, b in pairwise(found)]
+    off = np.zeros(len(ways))
+    for k in range(1, len(ways)):
+        (a, begin, *_), (middle, along, *_), (b, end, *_) = found[k - 1 : k + 2]
         before, after = ways[k - 1 : k + 1]
         way = before + after
-        y = _cubic((points[k - 1], points[k + 1]), (tangents[k - 1], tangents[k + 1]), way, before / way)
-        (x, z), along = (y - points[k])[:2], tangents[k][:2]
-        across = abs(float(along[0] * z - along[1] * x)) / max(float(np.linalg.norm(along)), 1e-300)
+        x, z = (_cubic((a, b), (begin, end), way, before / way) - middle)[:2]
+        across = abs(float(along[0] * z - along[1] * x)) / max(float(np.linalg.norm(along[:2])), 1e-300)
         for place, ratio in ((k - 1, before / after), (k, after / before)):
-            found[place] = max(found[place], across * ratio**2 / 16.0)
-    return found
+            off[place] = max(off[place], across * ratio**2 / 16.0)
+    return off
 
 
 def _cubic(points: tuple[Real, Real], tangents: tuple[Real, Real], way: float, t: float) -> Real:
