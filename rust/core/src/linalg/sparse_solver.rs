@@ -126,7 +126,7 @@ impl SparseSolver {
             return balance(cholesky.solve(rhs));
         }
         let mut found = cholesky.solve(balance(rhs));
-        let forces = added.coupling.solve(added.gathered(&found));
+        let forces = added.coupling.solve(gathered(&added.rows, &found));
         found.gemm(-1.0, &added.responses, &forces, 1.0);
         found
     }
@@ -158,13 +158,6 @@ impl SparseSolver {
 }
 
 impl Added {
-    /// `V' x`
-    fn gathered(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(self.rows.len(), x.ncols(), |i, j| {
-            self.rows[i].1.iter().map(|&(k, value)| value * x[(k, j)]).sum()
-        })
-    }
-
     /// Adds `V forces` to x.
     fn spread(&self, forces: DMatrix<f64>, x: &mut DMatrix<f64>) {
         for (row, forces) in self.rows.iter().zip(forces.row_iter()) {
@@ -173,6 +166,13 @@ impl Added {
             }
         }
     }
+}
+
+/// `V' x`
+fn gathered(rows: &[AddedRow], x: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), x.ncols(), |i, j| {
+        rows[i].1.iter().map(|&(k, value)| value * x[(k, j)]).sum()
+    })
 }
 
 /// Factors of `C A C` if the matrix without the added rows is symmetric and positive definite.
@@ -203,10 +203,9 @@ fn symmetric_factors(
     let mut units = DMatrix::zeros(scaled.size(), rows.len());
     rows.iter().enumerate().for_each(|(i, row)| units[(row.0, i)] = 1.0);
     let responses = cholesky.solve(units);
-    let mut added = Added { rows, responses, coupling: Factors::new(DMatrix::zeros(0, 0)) };
-    let coupling = added.gathered(&added.responses);
-    added.coupling = Factors::new(coupling + DMatrix::identity(added.rows.len(), added.rows.len()));
-    Ok(Some(ScaledFactors::Symmetric { cholesky, added }))
+    let identity = DMatrix::identity(rows.len(), rows.len());
+    let coupling = Factors::new(gathered(&rows, &responses) + identity);
+    Ok(Some(ScaledFactors::Symmetric { cholesky, added: Added { rows, responses, coupling } }))
 }
 
 fn scaled(matrix: &SparseMatrix, rows: &[f64], columns: &[f64]) -> SparseMatrix {

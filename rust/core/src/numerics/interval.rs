@@ -35,7 +35,7 @@ impl Number for f64 {
 }
 
 /// All numbers from `low` to `high`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Interval {
     pub low: f64,
     pub high: f64,
@@ -45,7 +45,7 @@ pub(crate) struct Interval {
 const UNITS: usize = 2;
 
 impl Interval {
-    const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
+    pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// What a sum or a product was rounded to, widened by one unit on either side.
     fn around(low: f64, high: f64) -> Self {

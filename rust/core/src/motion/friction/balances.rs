@@ -6,7 +6,7 @@ use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::STIFF;
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::followed_state::FollowedState;
-use crate::motion::friction::state_norm::StateRow;
+use crate::motion::friction::state_norm::{StateNorm, StateRow};
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::scene::model::Scene;
 
@@ -31,8 +31,14 @@ const UNRESOLVED: f64 = 8.0;
 
 impl LawMotion {
     /// Lets the directions of slow slips, and deflections of bristles, follow from their balances, on a wider panel, where they have
-    /// come to that: the widest one, in steps, on which the balances settle beside the others. Whether any follows.
-    pub(super) fn follow_balances(&mut self, scene: &Scene, operator: &LawOperator) -> bool {
+    /// come to that: the widest one, in steps, on which the balances settle beside the others. Whether any follows; where none does, the
+    /// series in time is again as it was, if it was `formed`.
+    pub(super) fn follow_balances(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+        formed: bool,
+    ) -> bool {
         let [start, width] = [self.taylor.start(), self.taylor.width];
         if self.stopping.is_some() || start < self.untried_until {
             return false;
@@ -74,7 +80,9 @@ impl LawMotion {
             (self.followed, self.untried_until) = (f64::INFINITY, start + waits);
             self.let_follow(operator, 0.0);
             self.taylor.begin_within(width / self.taylor.width);
-            self.recur_in_range(scene, operator);
+            if formed {
+                self.recur_in_range(scene, operator);
+            }
         }
         false
     }
@@ -93,24 +101,16 @@ impl LawMotion {
 
     /// Takes the panel back from balances to the deflections with which the motion comes to it.
     fn begin_at_deflections(&mut self, operator: &LawOperator) {
-        let Self { taylor, contacts, .. } = self;
-        let of = |(row, _, followed): (&StateRow, f64, &mut FollowedState)| {
-            (row.coordinate, followed.began)
-        };
-        let all: Vec<(usize, f64)> = relaxing(operator, taylor, contacts).map(of).collect();
-        all.into_iter().for_each(|(place, rate)| taylor.set_rate(place, rate));
+        for (row, sliding) in followed(operator, &self.contacts) {
+            self.taylor.set_rate(row.coordinate, sliding.followed.began);
+        }
     }
 
     /// What truncation is relative to: the smallest of the deflections that follow, as the friction force is a small difference of
     /// what slip and they make of it; the state where none does.
     pub(super) fn size_of_followed(&self, operator: &LawOperator, scale: f64) -> f64 {
-        let states = operator.contacts.iter().zip(&self.contacts).enumerate();
-        let sizes = states.filter(|(_, (_, sliding))| sliding.followed.follows).filter_map(
-            |(place, (_, sliding))| {
-                let row = operator.states.as_ref()?.state(place)?;
-                Some(row.in_norm(sliding.followed.first().abs()))
-            },
-        );
+        let all = followed(operator, &self.contacts);
+        let sizes = all.map(|(row, sliding)| row.weight * sliding.followed.first().abs());
         sizes.fold(scale, f64::min).max(SMALLEST * scale)
     }
 
@@ -170,7 +170,7 @@ impl LawMotion {
                 if followed.follows {
                     largest = worse(largest, followed.improve());
                     begins.push((row.coordinate, followed.first()));
-                    let off = row.in_norm(followed.apart) / rounding;
+                    let off = row.weight * followed.apart / rounding;
                     if !(off <= 1.0) {
                         away.push((&mut followed.relaxed_at, start + off.ln() / rate));
                     }
@@ -228,4 +228,13 @@ fn relaxing<'a>(
         let mu = one.law.value((-one.sign * slip).max(0.0)) - one.law.value(0.0);
         Some((row, row.rate(mu), &mut sliding.followed))
     })
+}
+
+/// Contacts whose deflection follows.
+pub(super) fn followed<'a>(
+    operator: &'a LawOperator,
+    contacts: &'a [Sliding],
+) -> impl Iterator<Item = (&'a StateRow, &'a Sliding)> {
+    let rows = operator.states.iter().flat_map(StateNorm::rows).zip(contacts);
+    rows.filter_map(|(row, sliding)| Some((row.filter(|_| sliding.followed.follows)?, sliding)))
 }

@@ -217,7 +217,7 @@ impl Kernel for Bound<'_> {
             // The argument of an element is a sum of displacements.
             let of_slip = match one.is_element() {
                 true => {
-                    law.slope * (one.slip.position.len() + 2) as f64 * sliding.slip_at_origin[1]
+                    law.slope() * (one.slip.position.len() + 2) as f64 * sliding.slip_at_origin[1]
                 }
                 false => 0.0,
             };
@@ -245,16 +245,16 @@ impl Kernel for Bound<'_> {
             match operator.states.as_ref().and_then(|states| states.state(place)) {
                 Some(row) => {
                     let off_law =
-                        law.truncation + law.rounding + law.slope * radius * one.slip_norm;
+                        law.truncation + law.rounding + law.slope() * radius * one.slip_norm;
                     let least = lowest(&sliding.series.excess) - off_law;
                     let wide = moved(&sliding.normal) + off + radius * one.normal_norm;
                     let around = |at: f64| Interval { low: at - wide, high: at + wide };
-                    let turning = law.slopes() * around(sliding.normal[0]);
+                    let turning = law.slopes * around(sliding.normal[0]);
                     relaxing.push(row.relaxation(turning, least));
-                    let by_force = taylor.width * row.force_norm;
+                    let by_force = taylor.width * row.force_norm();
                     if sliding.followed.follows {
                         round += sliding.followed.defect();
-                        begins_apart = begins_apart.max(row.in_norm(sliding.followed.apart));
+                        begins_apart = begins_apart.max(row.weight * sliding.followed.apart);
                     }
                     relaxed = [(relaxed[0], cut), (relaxed[1], round)]
                         .map(|(largest, own)| largest.max(by_force * own));
@@ -326,7 +326,7 @@ impl Sliding {
         let divisor = if slope > 0.0 && pressed_least > 0.0 { slope * pressed_least } else { 0.0 };
         // The first slip speed leaves what the iteration to it has left.
         let left = (self.series.excess[0] * self.normal[0] - self.force[0]).abs();
-        let slips = law.slope * size(&self.series.slip);
+        let slips = law.slope() * size(&self.series.slip);
         let terms = terms + units * (at_rest + excess + slips) * pressed;
         let cut = products + law.truncation * pressed + largest * off + self.friction_beyond;
         let round = left + law.rounding * pressed + UNIT * terms;

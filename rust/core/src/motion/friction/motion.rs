@@ -339,7 +339,7 @@ impl LawMotion {
         let has_pieces = || operator.contacts.iter().any(|one| !one.law.knots().is_empty());
         let goes_on = operator.states.is_some() && self.followed.is_finite() && !has_pieces();
         self.contacts.iter_mut().for_each(|one| one.followed.follows = false);
-        if !(goes_on && self.follow_balances(scene, operator)) {
+        if !(goes_on && self.follow_balances(scene, operator, false)) {
             self.recur_in_range(scene, operator);
             for _ in 0..CHANGES {
                 if !self.change_pieces(operator) {
@@ -350,7 +350,7 @@ impl LawMotion {
             self.ended = self.ended.or_else(|| self.end_of_flow(operator));
             self.end_slip(scene, operator);
             if !goes_on {
-                self.follow_balances(scene, operator);
+                self.follow_balances(scene, operator, true);
             }
         }
         for _ in 0..TRIALS {

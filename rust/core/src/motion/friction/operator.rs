@@ -98,24 +98,15 @@ impl LawOperator {
             let mut acceleration = vec![0.0; own.size];
             taylor.equation.accelerate(&mut along, &mut acceleration);
             let norm = taylor.norm_of_velocity(own, &acceleration);
-            (direction, norm, acceleration)
+            (direction, norm)
         };
         let built =
             |of, law, sign: f64, along: &[(usize, f64)], [slip, normal]: [Functional; 2]| {
-                let (direction, force_norm, acceleration) = driven(along);
-                let decay = match (of, &normal.velocity[..]) {
-                    (LawOf::Contact(contact), &[(state, weight)])
-                        if scene.state_of(contact).is_some() =>
-                    {
-                        (-sign * acceleration[state] * weight).max(0.0)
-                    }
-                    _ => 0.0,
-                };
+                let (direction, force_norm) = driven(along);
                 LawContact {
                     of,
                     law,
                     sign,
-                    decay,
                     flow: None,
                     state: None,
                     direction,
@@ -249,7 +240,7 @@ impl LawOperator {
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
         let along = |contact: usize| {
             let tangential = scene.contacts[contact].tangential;
-            let (direction, norm, _) = driven(&[(tangential, 1.0)]);
+            let (direction, norm) = driven(&[(tangential, 1.0)]);
             (tangential, direction, norm)
         };
         let pressing = |&[first, _]: &[usize; 2]| reaction(scene, scene.contacts[first].normal);
@@ -292,7 +283,7 @@ impl LawOperator {
         let apart = rows().collect::<BTreeSet<usize>>().len() == rows().count();
         let alone = apart && planes.is_empty() && response.is_none();
         let states = (alone && !contacts.iter().any(LawContact::is_element))
-            .then(|| StateNorm::new(own, &taylor, &contacts))
+            .then(|| StateNorm::new([scene, own], &taylor, &contacts))
             .flatten();
         Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart, states })
     }

@@ -1,5 +1,6 @@
 //! The recurrences of a panel, order by order: slip speeds and normal forces, laws, forces, and the next order of the state.
 
+use crate::motion::friction::balances::followed;
 use crate::motion::friction::motion::{Coupling, LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::{PlaneSeries, Planes};
@@ -193,11 +194,8 @@ impl Forces for Friction<'_> {
     #[inline(always)]
     fn velocities(&self, k: usize) -> impl Iterator<Item = (usize, f64)> {
         let Laws { operator, contacts, .. } = &self.laws;
-        let rows = operator.states.iter().flat_map(StateNorm::rows);
-        rows.zip(&**contacts).filter_map(move |(row, sliding)| {
-            let row = row.filter(|_| sliding.followed.follows)?;
-            Some((row.coordinate, sliding.followed.velocity(k + 1)))
-        })
+        let all = followed(operator, contacts);
+        all.map(move |(row, sliding)| (row.coordinate, sliding.followed.velocity(k + 1)))
     }
 }
 

@@ -53,9 +53,9 @@ pub(super) struct StateNorm {
 pub(super) struct StateRow {
     /// The coordinate whose velocity is u_c.
     pub coordinate: usize,
-    /// a_c, and its part in the norm.
+    /// a_c, and the norm per u_c.
     pub acceleration: f64,
-    pub force_norm: f64,
+    pub weight: f64,
     /// What has nothing to do with slip, and (A_c, dS/du) of the velocities that make it, in the norm.
     rest: f64,
     by_slip: Vec<[f64; 2]>,
@@ -77,9 +77,9 @@ impl StateRow {
         -self.acceleration * self.deflection * mu
     }
 
-    /// The part in the norm of a difference of u_c.
-    pub fn in_norm(&self, difference: f64) -> f64 {
-        self.force_norm / self.acceleration.abs() * difference
+    /// The norm per unit of y.
+    pub fn force_norm(&self) -> f64 {
+        self.weight * self.acceleration.abs()
     }
 
     /// From the slope `mu' Z` of y over the slip speed and the least mu on the panel.
@@ -98,10 +98,15 @@ impl StateRow {
 
 impl StateNorm {
     /// None where no bristles relax, and where the norm is not the largest entry of a state.
-    pub fn new(scene: &Scene, taylor: &TaylorOperator, contacts: &[LawContact]) -> Option<Self> {
+    /// `scene` has the mass and the matrices of the combination.
+    pub fn new(
+        [whole, scene]: [&Scene; 2],
+        taylor: &TaylorOperator,
+        contacts: &[LawContact],
+    ) -> Option<Self> {
         let equation = &taylor.equation;
         let reduction = &equation.reduction;
-        let relaxes = |one: &LawContact| one.decay > 0.0;
+        let relaxes = |one: &LawContact| one.deflection(whole).is_some();
         if scene.coupled_mass.is_some()
             || !equation.creeping().is_empty()
             || !contacts.iter().any(relaxes)
@@ -125,17 +130,17 @@ impl StateNorm {
         let mut rows: BTreeMap<usize, [Row; 2]> = count
             .map(|i| (reduction.kept[i], [row(i, &scene.stiffness), row(i, &scene.damping)]))
             .collect();
-        // By bristles: u_c, a_c, and a_u / a_c by coordinate.
-        let pushes: Vec<Option<(usize, f64, Row)>> = contacts
+        // By bristles: u_c with Z / u_c, a_c, and a_u / a_c by coordinate.
+        let pushes: Vec<Option<(usize, [f64; 2], Row)>> = contacts
             .iter()
             .map(|one| {
-                let &(state, _) = one.normal.velocity.first().filter(|_| relaxes(one))?;
+                let (state, deflection) = one.deflection(whole)?;
                 let of =
                     |&(k, weight): &(usize, f64)| (k, one.sign * weight / scene.mass.get(k, k));
                 let mut push: Row = one.direction.iter().map(of).collect();
                 let own = push.remove(&state)?;
                 push.values_mut().for_each(|a| *a /= own);
-                Some((state, own, push))
+                Some((state, [own, deflection], push))
             })
             .collect();
         let pushes_of = || pushes.iter().flatten();
@@ -183,7 +188,7 @@ impl StateNorm {
         });
         let pushed = pushed.fold(0.0, f64::max);
         let states = contacts.iter().zip(&pushes).map(|(one, own)| {
-            let (state, acceleration, push) = own.as_ref()?;
+            let (state, [acceleration, deflection], push) = own.as_ref()?;
             let [by_place, by_velocity] = &rows[state];
             let slip: Row = one.slip.velocity.iter().map(|&(k, w)| (k, -one.sign * w)).collect();
             let is_rest = |k: usize| k != *state && !slip.contains_key(&k);
@@ -196,12 +201,12 @@ impl StateNorm {
             Some(StateRow {
                 coordinate: *state,
                 acceleration: *acceleration,
-                force_norm: weight(*state) * acceleration.abs(),
+                weight: weight(*state),
                 rest: in_norm(*state, by_place, omega, &|_| true)
                     + in_norm(*state, by_velocity, 1.0, &is_rest),
                 by_slip: by_slip.collect(),
                 own: [by_velocity.get(state).copied().unwrap_or(0.0), of_slip],
-                deflection: one.normal.velocity[0].1,
+                deflection: *deflection,
             })
         });
         let states: Vec<Option<StateRow>> = states.collect();

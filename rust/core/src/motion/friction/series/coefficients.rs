@@ -21,24 +21,18 @@ pub(crate) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,
     pub rounding: f64,
-    /// Largest |d mu / dS| for S within the panel, and somewhat beyond.
-    pub slope: f64,
-    /// `d mu / dS` there of a formula; nothing where it is not sought.
-    pub slopes: Option<Interval>,
+    /// `d mu / dS` for S within the panel, and somewhat beyond.
+    pub slopes: Interval,
 }
 
 impl LawBounds {
     /// Of a law that has no series on the panel.
-    pub const NONE: Self = Self {
-        truncation: f64::INFINITY,
-        rounding: f64::INFINITY,
-        slope: f64::INFINITY,
-        slopes: None,
-    };
+    pub const NONE: Self =
+        Self { truncation: f64::INFINITY, rounding: f64::INFINITY, slopes: Interval::ALL };
 
-    /// `d mu / dS`
-    pub fn slopes(&self) -> Interval {
-        self.slopes.unwrap_or(Interval { low: -self.slope, high: self.slope })
+    /// The largest |d mu / dS|.
+    pub fn slope(&self) -> f64 {
+        self.slopes.largest()
     }
 }
 

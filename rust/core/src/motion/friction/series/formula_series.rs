@@ -319,8 +319,7 @@ impl FormulaSeries {
         let bounds = LawBounds {
             truncation: bounded(all[last].cut),
             rounding: bounded(all[last].round + UNIT * short * sizes[last][0]),
-            slope: bounded(jets[last].first.largest()),
-            slopes: Some(jets[last].first),
+            slopes: jets[last].first,
         };
         let of_state = || bounded(formula.slots(by_state)[last].first.largest());
         (bounds, if formula.has_state() { of_state() } else { 0.0 })

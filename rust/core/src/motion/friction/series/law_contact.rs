@@ -34,9 +34,6 @@ pub(crate) struct LawContact {
     pub slip_norm: f64,
     pub normal_norm: f64,
     pub force_norm: f64,
-    /// Where the velocity of a coordinate without a force of its own stands for N, as the deflection of bristles: the rate at which
-    /// it decays, per `mu(|s|) - mu(0)`; 0 elsewhere.
-    pub decay: f64,
     /// Where slip has no mass.
     pub flow: Option<Flow>,
     /// The state z of its law, where this is a formula of the slip speed and of z.
@@ -101,6 +98,16 @@ impl LawContact {
     pub fn with_state(&self) -> Option<(&Formula, &StateInput)> {
         match (&self.law, &self.state) {
             (FrictionLaw::Formula(formula), Some(state)) => Some((formula, state)),
+            _ => None,
+        }
+    }
+
+    /// The coordinate whose velocity is the deflection of bristles in its place for N, with its weight.
+    pub fn deflection(&self, scene: &Scene) -> Option<(usize, f64)> {
+        match (self.of, &self.state) {
+            (LawOf::Contact(contact), None) if scene.state_of(contact).is_some() => {
+                self.normal.velocity.first().copied()
+            }
             _ => None,
         }
     }

@@ -8,6 +8,7 @@ use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::formula_series::FormulaSeries;
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use crate::numerics::interval::Interval;
 use crate::scene::elements::element::Element;
 use crate::scene::friction::decay::{DecayPanel, product, terms_left_out};
 use crate::scene::friction::formula::Formula;
@@ -51,6 +52,11 @@ pub fn elements_at_rest(scene: &Scene, combination: &Combination) -> Result<Vec<
         [argument, excess + value + slope * argument, first + slope, second, third]
     };
     Ok(scene.elements().iter().map(derivatives).collect())
+}
+
+/// Slopes that are known by their largest size.
+fn up_to(size: f64) -> Interval {
+    Interval { low: -size, high: size }
 }
 
 impl LawSeries {
@@ -249,12 +255,9 @@ impl LawSeries {
         // Sums of at most three terms, whose scaling rounds both sides.
         let short = (3 + 2 * shortenings) as f64 * excess;
         let bounds = match law {
-            FrictionLaw::Linear { slope, .. } => LawBounds {
-                truncation: 0.0,
-                rounding: UNIT * short,
-                slope: slope.abs(),
-                slopes: Some((*slope).into()),
-            },
+            FrictionLaw::Linear { slope, .. } => {
+                LawBounds { truncation: 0.0, rounding: UNIT * short, slopes: (*slope).into() }
+            }
             FrictionLaw::Decaying { at_rest, kinetic, speed, viscous, decay } => {
                 let falling = (at_rest - kinetic).abs();
                 let largest = decay.value((slip[0] - wide) / speed);
@@ -283,8 +286,7 @@ impl LawSeries {
                 LawBounds {
                     truncation: falling * cut,
                     rounding: UNIT * (falling * rounded + short) + falling * dropped,
-                    slope: viscous + falling / speed * steepest,
-                    slopes: None,
+                    slopes: up_to(viscous + falling / speed * steepest),
                 }
             }
             FrictionLaw::Tabulated(table) => {
@@ -299,9 +301,10 @@ impl LawSeries {
                 LawBounds {
                     truncation: far * d.abs() * rest + product_rest,
                     rounding: UNIT * ((2.0 * product + 4.0) * terms + short),
-                    slope: of_neighbours
-                        .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
-                    slopes: None,
+                    slopes: up_to(
+                        of_neighbours
+                            .fold(b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()), f64::max),
+                    ),
                 }
             }
             FrictionLaw::Formula(formula) => {
@@ -315,7 +318,7 @@ impl LawSeries {
                     .filter(|(border, _)| (slip[0] - border).abs() <= wide);
                 let slopes =
                     near.map(|(border, _)| whole.steepness(border - beyond, border + beyond)[0]);
-                LawBounds { slope: slopes.fold(bounds.slope, f64::max), slopes: None, ..bounds }
+                LawBounds { slopes: up_to(slopes.fold(bounds.slope(), f64::max)), ..bounds }
             }
             _ => bounds,
         }
@@ -420,17 +423,17 @@ mod tests {
                     let here = at(&slip, s);
                     let off = (at(&series.excess, s) - law.excess(here)).abs();
                     // Of the formula, and of S.
-                    let rounding = 32.0 * UNIT * (law.value(here) + at_rest + bounds.slope * here.abs());
+                    let rounding = 32.0 * UNIT * (law.value(here) + at_rest + bounds.slope() * here.abs());
                     let bound = bounds.truncation + bounds.rounding + rounding;
                     prop_assert!(off <= bound, "{name} at {s}: {off:e} {bound:e}");
                     let slope = law.slope(here);
-                    prop_assert!(slope.abs() <= bounds.slope, "{name} at {s}: {slope} {}", bounds.slope);
+                    prop_assert!(slope.abs() <= bounds.slope(), "{name} at {s}: {slope} {}", bounds.slope());
                     prop_assert!(series.least_slope(&law, 0.0) <= slope + 1e-9 * slope.abs());
                     let apart = (at(&slopes, s) - slope).abs();
-                    prop_assert!(apart <= 1e-6 * bounds.slope, "{name} at {s}: {apart:e}");
+                    prop_assert!(apart <= 1e-6 * bounds.slope(), "{name} at {s}: {apart:e}");
                     let step = 1e-4 * (speed + here.abs());
                     let numeric = (law.value(here + step) - law.value(here - step)) / (2.0 * step);
-                    prop_assert!((numeric - slope).abs() <= 1e-5 * bounds.slope, "{name}: {numeric} {slope}");
+                    prop_assert!((numeric - slope).abs() <= 1e-5 * bounds.slope(), "{name}: {numeric} {slope}");
                 }
                 let level = law.value(speed * decay.level()) - viscous * speed * decay.level() - kinetic;
                 prop_assert!(level.abs() <= 0.011 * (at_rest - kinetic).abs());

@@ -65,7 +65,7 @@ impl ContactBounds {
     /// The change of the law per norm of a state of the scene, by its slip speed and its own state.
     pub fn by_inputs(&self, one: &LawContact) -> f64 {
         let by_state = one.state.as_ref().map_or(0.0, |state| self.by_state * state.norm);
-        self.law.slope * one.slip_norm + by_state
+        self.law.slope() * one.slip_norm + by_state
     }
 
     /// A bound of the error of y on a part of the width, where the state is off by `error`.
