@@ -314,6 +314,39 @@ def test_curves_are_drawn_sharply_on_the_map(opened):
     assert page.inner_text("#curves").startswith("No curves: model: a mode neither grows nor decays")
 
 
+def test_curves_are_drawn_while_another_number_is_dragged(opened):
+    page = opened()
+    assert page.evaluate("state.curves.lines") == 16
+    page.evaluate(
+        """() => {
+          window.drawn = [];
+          const draw = drawMap;
+          drawMap = (...given) => { window.drawn.push(given.at(-1)?.lines ?? null); draw(...given); };
+        }"""
+    )
+    knob = page.locator('.knob[data-name="vertical_stiffness_0"] input[type=range]').bounding_box()
+    across = knob["y"] + 0.5 * knob["height"]
+    page.mouse.move(knob["x"] + 0.5 * knob["width"], across)
+    page.mouse.down()
+    for part in (0.52, 0.54, 0.56):
+        page.mouse.move(knob["x"] + part * knob["width"], across)
+        until(page, "!lanes.curves.busy && !lanes.map.busy")
+        assert page.evaluate("state.dragging && curvesNow()?.lines") == 4
+        assert page.evaluate("window.drawn.at(-1)") == 4
+        # They are those of the number as it stands.
+        assert page.evaluate("JSON.parse(state.curves.key).values.vertical_stiffness_0") == page.evaluate(
+            "state.values.vertical_stiffness_0"
+        )
+    assert page.inner_text("#curves").endswith("counts of modes agree at 16 x 16 places.")
+    few = page.evaluate("state.curves.pieces.map(({ x }) => [x[0], x.at(-1)])")
+    page.mouse.up()
+    settled(page)
+    assert page.evaluate("curvesNow()?.lines") == 16
+    assert page.inner_text("#curves").endswith("counts of modes agree at 64 x 64 places.")
+    many = page.evaluate("state.curves.pieces.map(({ x }) => [x[0], x.at(-1)])")
+    assert np.sort(few, axis=None) == pytest.approx(np.sort(many, axis=None), abs=1e-6)
+
+
 def test_the_map_of_a_band_comes_with_its_curves(opened):
     with ss.explore(band=(150.0, 250.0)) as banded:
         page = opened(banded.url)

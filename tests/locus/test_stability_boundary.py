@@ -178,6 +178,25 @@ def test_a_divergence_crosses_a_hopf_curve():
     np.testing.assert_allclose(point.frequencies, [0.0, np.sqrt(2e4) / (2.0 * np.pi)], rtol=1e-13)
 
 
+def test_two_points_between_neighbours_on_a_curve_that_nearly_cancel():
+    # Along the Hopf curve of the second mode a real eigenvalue ceases to grow at p = 0.3, a pair begins
+    # to grow at p = 0.302: one more grows in the end than before.
+    def model(p=0.5, q=0.5):
+        return ss.Scene(
+            [1.0, 1.0, 1.0],
+            np.diag([1e4 * (p - 0.3), 2e4, 5e4]),
+            damping=np.diag([1.0, q - 0.5 * p - 0.2, 0.302 - p]),
+        )
+
+    first, second = sorted(ss.stability_boundary(model, UNIT).points, key=lambda point: point.values["p"])
+    assert (first.kind, second.kind) == ("zero_hopf", "double_hopf")
+    assert first.values == pytest.approx({"p": 0.3, "q": 0.35}, abs=1e-12)
+    assert second.values == pytest.approx({"p": 0.302, "q": 0.351}, abs=1e-12)
+    frequencies = np.sqrt([2e4, 5e4]) / (2.0 * np.pi)
+    assert first.frequencies == pytest.approx((0.0, frequencies[0]), rel=1e-12)
+    assert second.frequencies == pytest.approx(tuple(frequencies), rel=1e-12)
+
+
 def lifted(friction, load):
     """A block pushed along a belt that lifts it as friction grows: N = load - friction N."""
     return ss.Scene(

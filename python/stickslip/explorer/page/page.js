@@ -3,10 +3,8 @@
 
 // Seconds of computing above which a motion is no longer followed while the point is dragged.
 const SLOW = 0.25;
-// Values of loci and cells of a map while dragging and at rest.
-const COARSE = { loci: 31, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
-// Lines searched for curves in each parameter.
-const CELLS = 16;
+// Values of loci, cells of a map, and lines searched for curves in each parameter, while dragging and at rest.
+const COARSE = { loci: 31, map: [24, 18], lines: 4 }, FINE = { loci: 121, map: [72, 54], lines: 16 };
 const by = (id) => document.getElementById(id);
 let scene = null;
 const plots = {};
@@ -33,8 +31,6 @@ class Lane {
     this.wanted = true;
     if (!this.busy) this.go();
   }
-  // Give up a question that is another one by now.
-  drop() { if (this.busy && this.asked !== JSON.stringify(this.message())) this.given.abort(); }
   async go() {
     this.busy = true;
     while (this.wanted) {
@@ -100,14 +96,24 @@ const lanes = {
   }, gotMap, ({ columns }) => columns === COARSE.map[0]),
   curves: new Lane("curves", () => {
     const [x, y] = [axisOf(state.x), axisOf(state.y)];
-    return { ...fixed(x.name, y.name), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], cells: CELLS };
-  }, gotCurves, () => false),
+    return { ...fixed(x.name, y.name), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], cells: state.dragging ? COARSE.lines : FINE.lines };
+  }, gotCurves, ({ cells }) => cells === COARSE.lines),
 };
-// Curves stay while the point is dragged over the map; they are those of the other parameters as they stand.
-const curvesNow = () => (state.curves?.key === JSON.stringify(lanes.curves.message()) ? state.curves : null);
+// What curves depend on: all but how many lines are searched.
+const keyOf = ({ cells, ...others }) => JSON.stringify(others);
+// Curves stay while the point is dragged over the map. While another number is dragged, the last ones that came are shown.
+function curvesNow() {
+  const { curves } = state, message = lanes.curves.message();
+  const live = () => state.dragging && !lanes.curves.slow && curves.lines === COARSE.lines && curves.axes === JSON.stringify([message.x, message.y]);
+  return curves && (curves.key === keyOf(message) || live()) ? curves : null;
+}
 function askCurves() {
-  lanes.curves.drop();
-  if (!state.dragging && (scene.band || state.map?.image)) lanes.curves.ask();
+  const lane = lanes.curves, key = keyOf(lane.message()), asked = lane.busy ? JSON.parse(lane.asked) : null;
+  const same = asked && keyOf(asked) === key;
+  // A search along many lines is given up where its answer is not wanted any more, one along few lines where many are.
+  if (asked && (asked.cells === FINE.lines ? !same : !state.dragging)) lane.given.abort();
+  if (state.dragging && (scene.band || same || state.curves?.key === key)) return;
+  if (scene.band || state.map?.image) lane.ask();
 }
 // The map of a band comes with its curves, and is that of the other parameters as they stand.
 const mapNow = () => (scene.band ? curvesNow()?.image ?? null : state.map);
@@ -127,7 +133,7 @@ function ask() {
   state.asked = performance.now();
   showPoint();
   const waits = state.dragging ? Object.keys(lanes).filter((name) => lanes[name].slow) : [];
-  if (waits.length) by("note").textContent = `This scene is too large to follow live; ${waits.join(" and ").replace("motion", "it")} ${waits.length > 1 ? "are" : "is"} computed when you let go.`;
+  if (waits.length) by("note").textContent = `This scene is too large to follow live; ${waits.join(" and ").replace("motion", "it")} ${["map", "motion"].includes(waits.join()) ? "is" : "are"} computed when you let go.`;
   if (waits.includes("motion")) return;
   lanes.motion.ask();
   lanes.loci.ask();
@@ -184,7 +190,7 @@ function gotCurves(answer, message) {
     const inner = ([name, low, high]) => { const half = (high - low) / answer.map.cells / 2; return { name, low: low + half, high: high - half }; };
     answer.image = mapFrom(answer.map, answer.map.cells, answer.map.cells, inner(message.x), inner(message.y));
   }
-  state.curves = { ...answer, key: JSON.stringify(message) };
+  state.curves = { ...answer, key: keyOf(message), lines: message.cells, axes: JSON.stringify([message.x, message.y]) };
   plots.map.drawn();
 }
 

@@ -107,10 +107,10 @@ class BandSearch(Search):
         """Return whether the projected eigenvalues of the band, and margins, are those of the scene."""
         region = self.space.region
         known = modes[~modes.defective]
-        projected = eigenvalues(self.plane, place)
+        (projected,) = eigenvalues(self.plane, place[None])
         if not agree(region, known.eigenvalues, known.condition, projected):
             return False
-        values, sizes = margins(self.plane, place)
+        (values,), (sizes,) = margins(self.plane, place[None])
         forces = self.space.margins(scene)
         return forces is None or bool((np.abs(values[0] - forces) <= _FORCE * sizes).all())
 

@@ -13,7 +13,7 @@ from stickslip.faults import InputError, Interrupted
 from stickslip.locus.band.path import is_large, wanted_region
 from stickslip.locus.band.plane import BandSearch
 from stickslip.locus.boundary.codimension import meetings, others, without_repetitions
-from stickslip.locus.boundary.conditions import Separation, growing, is_steady
+from stickslip.locus.boundary.conditions import Separation, growing
 from stickslip.locus.boundary.curves import BoundaryCurve, CodimensionTwo
 from stickslip.locus.boundary.plane import Plane
 from stickslip.locus.boundary.result import StabilityBoundary
@@ -162,7 +162,7 @@ def _curve(trace: Trace, labels: list[str], uncounted: float) -> BoundaryCurve:
     if not isinstance(condition, Separation):
         frequency = np.array([abs(condition.omega(y)) for y in trace.points]) / (2.0 * np.pi)
     spans = np.subtract(plane.upper, plane.lower)
-    beside = [others(trace, y) for y in trace.points]
+    beside = others(trace, trace.points)
     return BoundaryCurve(
         kind=condition.kind,
         names=plane.names,
@@ -171,7 +171,7 @@ def _curve(trace: Trace, labels: list[str], uncounted: float) -> BoundaryCurve:
         frequency=frequency,
         # Of a pair one mode grows.
         unstable_modes=np.array([growing(values[values.imag >= 0.0]) for values in beside]),
-        steady_sliding=np.array([is_steady(condition, y) for y in trace.points]),
+        steady_sliding=trace.steady,
         error=trace.errors,
         missing=np.full(len(trace.points), uncounted) if trace.missing is None else trace.missing,
         ends=trace.ends,

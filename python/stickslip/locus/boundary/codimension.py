@@ -6,7 +6,9 @@ method for both conditions together.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,15 +23,20 @@ from stickslip.locus.boundary.conditions import (
 )
 from stickslip.locus.boundary.curves import PointKind
 from stickslip.locus.boundary.plane import Plane
-from stickslip.locus.boundary.tracing import Trace, located
+from stickslip.locus.boundary.tracing import Trace, hermite, located
 from stickslip.scene.checks import Complex, Index, Real
 
 #: Distance, of the ranges, up to which two points of one kind are the same.
 SAME = 1e-7
-#: Part of the way between two points of a curve from which Newton's method goes on for both conditions.
-_NEAR = 1e-8
-#: Real part of an eigenvalue below this part of its modulus is taken to vanish.
+#: Parts of the way between two points of a curve up to which a sign change is located, until Newton's method
+#: for both conditions goes on from there.
+_NEARER = (0.05, 1e-8)
+#: Imaginary part of an eigenvalue below this part of the frequency is taken to vanish.
 _ZERO = 1e-6
+#: Logarithm beyond which a determinant is as large as one with this one.
+_LARGE = 300.0
+#: By how much, of the way, a point may pass the ends of a curve, and how far it may be from its cubic.
+_ENDS, _OFF = 1e-9, 1e-2
 
 
 @dataclass(frozen=True)
@@ -44,20 +51,17 @@ class Meeting:
     axis: int | None = None
 
 
-def others(trace: Trace, y: Real) -> Complex:
-    """Return what counts of the eigenvalues at a point of a curve, by real parts, but its own on the axis."""
-    plane = trace.condition.plane
-    found = eigenvalues(plane, y)
-    own: tuple[complex, ...] = ()
-    if isinstance(trace.condition, Hopf):
-        omega = trace.condition.omega(y)
-        own = (1j * omega, -1j * omega)
-    elif isinstance(trace.condition, Divergence):
-        own = (0.0j,)
-    for value in own:
-        found = np.delete(found, np.abs(found - value).argmin())
-    found = plane.seen(found)
-    return found[np.argsort(-found.real)]
+def others(trace: Trace, points: Real) -> list[Complex]:
+    """Return what counts of the eigenvalues at points of a curve, by real parts, but its own on the axis."""
+    plane, condition = trace.condition.plane, trace.condition
+    found = []
+    for y, values in zip(points, eigenvalues(plane, points), strict=True):
+        omegas = {1.0, -1.0} if isinstance(condition, Hopf) else {0.0}
+        for sign in () if isinstance(condition, Separation) else omegas:
+            values = np.delete(values, np.abs(values - 1j * sign * condition.omega(y)).argmin())
+        values = plane.seen(values)
+        found.append(values[np.argsort(-values.real)])
+    return found
 
 
 def meetings(trace: Trace, steady: Index) -> list[Meeting]:
@@ -75,64 +79,135 @@ def meetings(trace: Trace, steady: Index) -> list[Meeting]:
     for place, end in ((0, trace.ends[0]), (-1, trace.ends[1])):
         if end == "zero_frequency":
             found.append(Meeting("zero_frequency", trace.points[place, :2], (0.0,)))
-    along = [others(trace, y) for y in trace.points]
+    along = others(trace, trace.points)
     counts = [growing(values) for values in along]
-    for k in range(len(counts) - 1):
-        low, high = sorted((counts[k], counts[k + 1]))
-        found += [one for rank in range(low, high) for one in _second_eigenvalue(trace, k, rank)]
-    forces = np.array([_relative(plane, y) for y in trace.points])
+    signs = np.sign(_determinants(plane, trace.points)(trace.points))
+    for k, ends in enumerate(pairwise(counts)):
+        if signs[k] * signs[k + 1] < 0.0:
+            found += _zero_eigenvalue(trace, k)
+        # Of a pair one, as the other grows or decays with it. A real eigenvalue may be of a pair further on.
+        imaginary = along[k + int(np.argmax(ends))].imag
+        least = 0.0 if signs[k] * signs[k + 1] > 0.0 else np.finfo(float).tiny
+        ranks = [rank for rank in range(min(ends), max(ends)) if imaginary[rank] >= least]
+        found += [one for rank in ranks for one in _second_pair(trace, k, rank)]
+    forces = _relative(plane, trace.points)
     for contact in steady:
         changes = np.flatnonzero(forces[:-1, contact] * forces[1:, contact] < 0.0)
         found += [one for k in changes for one in _separation(trace, int(k), int(contact))]
     return found
 
 
-def _second_eigenvalue(trace: Trace, k: int, rank: int) -> list[Meeting]:
-    """Return where the real part of the eigenvalue of a rank vanishes between two points of a Hopf curve."""
-    condition = trace.condition
-    assert isinstance(condition, Hopf)
-
-    def real_part(y: Real, along: Real) -> float:
-        return float(others(trace, y)[rank].real)
-
-    found = located(trace, k, real_part, _NEAR)
+def _zero_eigenvalue(trace: Trace, k: int) -> list[Meeting]:
+    """Return where a real eigenvalue vanishes between two points of a Hopf curve."""
+    plane = trace.condition.plane
+    determinants = _determinants(plane, trace.points[k : k + 1])
+    found = _joined(trace, k, determinants, lambda y: Divergence(plane, y[:2]))
     if found is None:
         return []
-    y = found[0]
-    value = others(trace, y)[rank]
-    omega = condition.omega(y)
-    kind: PointKind = "double_hopf"
-    if abs(value.imag) <= _ZERO * omega:
-        second: Condition = Divergence(condition.plane, y[:2])
-        kind = "zero_hopf"
-    elif abs(value.real) > _ZERO * abs(value):
+    own = found[0][0]
+    return [Meeting("zero_hopf", own[:2], (0.0, *_omegas(trace.condition, own)))]
+
+
+def _determinants(plane: Plane, reference: Real) -> Callable[[Real], Real]:
+    """Return the determinant of the stiffness at points, of its modulus at the first one of `reference`."""
+
+    def logarithms(points: Real) -> tuple[Real, Real]:
+        signs, sizes = np.linalg.slogdet(np.stack([plane.at(*y[:2])[2][0] for y in points]))
+        return signs, sizes
+
+    unit = logarithms(reference[:1])[1]
+    unit = np.where(np.isfinite(unit), unit, 0.0)
+
+    def relative(points: Real) -> Real:
+        signs, sizes = logarithms(points)
+        return signs * np.exp(np.minimum(sizes - unit, _LARGE))
+
+    return relative
+
+
+def _second_pair(trace: Trace, k: int, rank: int) -> list[Meeting]:
+    """Return where the real part of the eigenvalue of a rank vanishes between two points of a Hopf curve.
+
+    The eigenvalue is one of a pair there.
+    """
+    condition = trace.condition
+
+    def second(y: Real) -> Condition | None:
+        (values,) = others(trace, y[None])
+        if rank >= values.size or abs(values[rank].imag) <= _ZERO * condition.omega(y):
+            return None
+        return Hopf(condition.plane, y[:2], abs(values[rank].imag))
+
+    def real_parts(points: Real) -> Real:
+        # An eigenvalue that has left the band does not grow in it.
+        return np.array([-1.0 if rank >= one.size else one[rank].real for one in others(trace, points)])
+
+    found = _joined(trace, k, real_parts, second)
+    if found is None:
         return []
-    else:
-        second = Hopf(condition.plane, y[:2], abs(value.imag))
-    refined = _joint([condition, second], [y, second.start])
-    if refined is None:
-        return []
-    frequencies = sorted(_omegas(condition, refined[0]) + (_omegas(second, refined[1]) or (0.0,)))
-    return [Meeting(kind, refined[0][:2], tuple(frequencies))]
+    (own, other), met = found
+    return [Meeting("double_hopf", own[:2], tuple(sorted(_omegas(condition, own) + _omegas(met, other))))]
 
 
 def _separation(trace: Trace, k: int, contact: int) -> list[Meeting]:
     """Return where a margin vanishes between two points of a Hopf curve."""
     plane = trace.condition.plane
-    found = located(trace, k, lambda y, along: float(_relative(plane, y)[contact]), _NEAR)
-    if found is None or abs(_relative(plane, found[0])[contact]) > _ZERO:
+    found = _joined(
+        trace,
+        k,
+        lambda points: _relative(plane, points)[:, contact],
+        lambda y: Separation(plane, y[:2], contact),
+    )
+    if found is None:
         return []
-    second = Separation(plane, found[0][:2], contact)
-    refined = _joint([trace.condition, second], [found[0], second.start])
-    if refined is None:
-        return []
-    return [Meeting("separation", refined[0][:2], _omegas(trace.condition, refined[0]), contact)]
+    own = found[0][0]
+    return [Meeting("separation", own[:2], _omegas(trace.condition, own), contact)]
 
 
-def _relative(plane: Plane, y: Real) -> Real:
-    """Return the margins at a point, of the sizes of their terms."""
-    values, sizes = margins(plane, y)
-    relative: Real = values[0] / sizes
+def _joined(
+    trace: Trace, k: int, function: Callable[[Real], Real], second: Callable[[Real], Condition | None]
+) -> tuple[list[Real], Condition] | None:
+    """Return where a second condition holds between points k and k + 1 of a curve, and that condition.
+
+    `function` of points (n,) changes its sign there, and `second` is the condition near a point, if any.
+    Newton's method for both starts where the function would vanish if it were linear and, where that does not
+    lead to a point between the two, nearer to where it vanishes.
+    """
+    ends = function(trace.points[k : k + 2])
+    part = float(ends[0] / (ends[0] - ends[1])) if ends[0] * ends[1] < 0.0 else 0.5
+    y = hermite(trace, k, part)
+    trace.condition.settle(trace.points[k])
+    for within in (*_NEARER, None):
+        if (met := second(y)) is not None:
+            found = _joint([trace.condition, met], [y, met.start])
+            if found is not None and _is_between(trace, k, found[0]) and not _vanishes(met, found[1]):
+                return found, met
+        if within is None:
+            return None
+        nearer = located(trace, k, lambda y, along: float(function(y[None])[0]), within)
+        if nearer is None:
+            return None
+        y = nearer[0]
+    return None
+
+
+def _vanishes(condition: Condition, y: Real) -> bool:
+    """Return whether the frequency of a Hopf point is zero, where a divergence looks like one."""
+    return isinstance(condition, Hopf) and abs(y[2]) <= _ZERO
+
+
+def _is_between(trace: Trace, k: int, y: Real) -> bool:
+    """Return whether a point lies on a curve between its points k and k + 1."""
+    a, b = trace.points[k : k + 2]
+    part = float((y - a) @ (b - a) / ((b - a) @ (b - a)))
+    off = float(np.abs(y - hermite(trace, k, part)).max())
+    return -_ENDS <= part <= 1.0 + _ENDS and off <= _ENDS + _OFF * float(np.linalg.norm(b - a))
+
+
+def _relative(plane: Plane, points: Real) -> Real:
+    """Return the margins at points, of the sizes of their terms, (n, c)."""
+    values, sizes = margins(plane, points)
+    relative: Real = values[:, 0] / sizes
     return relative
 
 

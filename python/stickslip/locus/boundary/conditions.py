@@ -12,7 +12,6 @@ are the null vectors at the point before.
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
@@ -21,12 +20,14 @@ import scipy.linalg
 
 from stickslip.locus.boundary.curves import CurveKind
 from stickslip.locus.boundary.plane import Plane
-from stickslip.scene.checks import Complex, Real
+from stickslip.scene.checks import Complex, Flags, Real
 
 #: Steps of Newton's method at most; quadratic convergence from a good start takes three.
 _STEPS = 8
 #: Step, in the unit square, below which Newton's method has converged.
 _CONVERGED = 1e-13
+#: Step, in the unit square, that need not be taken.
+_NEGLIGIBLE = 1e-15
 #: Step up to which a point counts as found where rounding stops the method.
 _FOUND = 1e-9
 #: Reciprocal of an eigenvalue, of that of the stiffest direction, up to which it is of a massless one.
@@ -195,8 +196,8 @@ class Separation(Condition):
 
     def _margin(self, y: Real) -> tuple[float, Real, float]:
         """Return the margin, its derivatives and the size of its terms."""
-        values, terms = margins(self.plane, y)
-        return values[0, self.contact], values[1:, self.contact], terms[self.contact]
+        ((value, *slopes),), (size,) = (found[..., self.contact] for found in margins(self.plane, y[None]))
+        return value, np.array(slopes), size
 
     def equations(self, y: Real) -> tuple[Real, Real]:
         """Return the margin, of the size of its terms, (1,), and its derivatives (1, 2)."""
@@ -213,59 +214,74 @@ class Separation(Condition):
         return -self._margin(y)[1]
 
 
-def margins(plane: Plane, y: Any) -> tuple[Real, Real]:
-    """Return margins of all contacts with d/du and d/dv (3, c), and the sizes of their terms (c,).
+def margins(plane: Plane, places: Real) -> tuple[Real, Real]:
+    """Return margins of all contacts with d/du and d/dv (n, 3, c), and sizes of their terms (n, c).
 
-    Where the stiffness is singular, a margin has a pole, and is as large as its terms.
+    `places` are n points of the plane. Where the stiffness is singular, a margin has a pole, and is as large
+    as its terms.
     """
-    _, _, stiffness, load, rows, offsets = plane.at(float(y[0]), float(y[1]))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)
-        factors = scipy.linalg.lu_factor(stiffness[0], check_finite=False)
-    if not np.diagonal(factors[0]).all():
-        return np.ones((3, len(rows[0]))), np.ones(len(rows[0]))
-    rest = scipy.linalg.lu_solve(factors, load[0], check_finite=False)
-    moved = [
-        scipy.linalg.lu_solve(factors, load[k] - stiffness[k] @ rest, check_finite=False) for k in (1, 2)
-    ]
-    slopes = [rows[0] @ moved[k - 1] + rows[k] @ rest - offsets[k] for k in (1, 2)]
+    expanded = [plane.at(float(y[0]), float(y[1])) for y in places]
+    stiffness, load, rows, offsets = (np.stack([part[k] for part in expanded]) for k in range(2, 6))
+    try:
+        rest = np.linalg.solve(stiffness[:, 0], load[:, 0, :, None])
+        loads = load[:, 1:, :, None] - stiffness[:, 1:] @ rest[:, None]
+        moved = np.linalg.solve(stiffness[:, :1], loads)
+    except np.linalg.LinAlgError:
+        if len(places) == 1:
+            count = rows.shape[2]
+            return np.ones((1, 3, count)), np.ones((1, count))
+        one_by_one = [margins(plane, y[None]) for y in places]
+        return np.concatenate([one[0] for one in one_by_one]), np.concatenate([one[1] for one in one_by_one])
+    at = rows[:, 0] @ rest
+    slopes = rows[:, :1] @ moved + rows[:, 1:] @ rest[:, None]
+    values: Real = np.concatenate([at[:, None], slopes], axis=1)[..., 0] - offsets
     # Without load all terms vanish together; what they change by over the range remains.
-    sizes = np.abs(rows[0]) @ np.abs(rest) + np.abs(offsets[0]) + np.abs(slopes).sum(axis=0)
-    return np.array([rows[0] @ rest - offsets[0], *slopes]), np.maximum(sizes, 1e-300)
+    sizes = (np.abs(rows[:, 0]) @ np.abs(rest))[..., 0] + np.abs(offsets[:, 0])
+    sizes += np.abs(values[:, 1:]).sum(axis=1)
+    return values, np.maximum(sizes, 1e-300)
 
 
-def slides(plane: Plane, place: Real, but: int | None = None) -> bool:
-    """Return whether steady sliding exists at a place, whatever the margin of one contact (`but`)."""
-    values, sizes = margins(plane, place)
-    relative = values[0] / sizes
+def slides(plane: Plane, places: Real, but: int | None = None) -> Flags:
+    """Return whether steady sliding exists at points (n,), whatever the margin of one contact (`but`)."""
+    values, sizes = margins(plane, places)
+    relative = values[:, 0] / sizes
     if but is not None:
-        relative[but] = 0.0
-    return bool((relative >= -64 * np.finfo(float).eps).all())
+        relative[:, but] = 0.0
+    return np.asarray((relative >= -64 * np.finfo(float).eps).all(axis=1))
 
 
-def is_steady(condition: Condition, y: Real) -> bool:
-    """Return whether steady sliding exists at a point of a curve, or on one side of it.
+def is_steady(condition: Condition, points: Real) -> Flags:
+    """Return whether steady sliding exists at points of a curve (n,), or on one side of it.
 
     It begins or ends at a separation, and at a divergence, where normal forces have a pole.
     """
-    places = [y[:2]]
-    if isinstance(condition, Divergence):
-        across = condition.equations(y)[1][0]
-        step = _ACROSS * across / np.linalg.norm(across)
-        places = [y[:2] - step, y[:2] + step]
-    return any(slides(condition.plane, place, condition.contact) for place in places)
+    places = points[:, :2]
+    if not isinstance(condition, Divergence):
+        return slides(condition.plane, places, condition.contact)
+    across = np.concatenate([condition.equations(y)[1] for y in places])
+    steps = _ACROSS * across / np.linalg.norm(across, axis=1)[:, None]
+    return slides(condition.plane, places - steps) | slides(condition.plane, places + steps)
 
 
-def eigenvalues(plane: Plane, y: Real) -> Complex:
-    """Return all finite eigenvalues at a point, also those that do not count."""
-    mass, damping, stiffness = (part[0] for part in plane.at(float(y[0]), float(y[1]))[:3])
+def eigenvalues(plane: Plane, places: Real) -> list[Complex]:
+    """Return all finite eigenvalues at each of some points, also those that do not count."""
+    expanded = [plane.at(float(y[0]), float(y[1])) for y in places]
+    mass, damping, stiffness = (np.stack([part[k][0] for part in expanded]) for k in range(3))
+    count, size = mass.shape[:2]
+    rates = [_rate(*pair) for pair in zip(mass, stiffness, strict=True)]
+    rate = np.array(rates)[:, None, None]
+    limit = _REGULAR if plane.basis is None else _REGULAR_PROJECTED
+    if (np.linalg.cond(mass) < limit).all():
+        single = np.zeros((count, 2 * size, 2 * size))
+        single[:, :size, size:] = np.eye(size)
+        single[:, size:] = -np.linalg.solve(rate**2 * mass, np.dstack([stiffness, rate * damping]))
+        return [*(rate[:, 0] * np.linalg.eigvals(single)).astype(complex)]
+    return [_finite(*parts) for parts in zip(mass, damping, stiffness, rates, strict=True)]
+
+
+def _finite(mass: Real, damping: Real, stiffness: Real, rate: float) -> Complex:
+    """Return the finite eigenvalues where the mass may be singular."""
     size = len(mass)
-    rate = _rate(mass, stiffness)
-    if np.linalg.cond(mass) < (_REGULAR if plane.basis is None else _REGULAR_PROJECTED):
-        factors = scipy.linalg.lu_factor(rate**2 * mass, check_finite=False)
-        single = np.eye(2 * size, k=size)
-        single[size:] = -scipy.linalg.lu_solve(factors, np.hstack([stiffness, rate * damping]))
-        return np.asarray(rate * np.linalg.eigvals(single), dtype=complex)
     whole, right = np.zeros((2, 2 * size, 2 * size))
     whole[:size, size:] = right[:size, :size] = np.eye(size)
     whole[size:] = -np.hstack([stiffness, rate * damping]) / np.abs(stiffness).max()
@@ -298,15 +314,17 @@ def corrected(condition: Condition, y: Real, row: Real, value: float) -> tuple[R
     best, last = y, np.inf
     for steps in range(_STEPS):
         residual, slopes = condition.equations(best)
-        matrix = np.vstack([slopes, row])
         try:
-            step = np.linalg.solve(matrix, -np.append(residual, row @ best - value))
+            step = np.linalg.solve(np.vstack([slopes, row]), -np.append(residual, row @ best - value))
         except np.linalg.LinAlgError:
             return None
         length = float(np.abs(step).max())
         if not np.isfinite(length) or length > 1.0 or (steps > 3 and length > 0.5 * last):
             # Rounding stops the method, or it does not converge.
             return (best, steps) if last <= _FOUND else None
+        if length <= _NEGLIGIBLE:
+            # What holds there is known already.
+            return best, steps
         best, last = best + step, length
         if length <= _CONVERGED:
             return best, steps

@@ -7,6 +7,7 @@ points at which it was sampled.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,6 +36,8 @@ _ERROR = 4.0
 _MORE = 4
 #: Terms in one parameter after which the scene counts as not smooth.
 _MOST = 41
+#: Which of the polynomials, 0, or of their derivatives, 1, a value, d/du and d/dv have in either parameter.
+_IN_FIRST, _IN_SECOND = [0, 1, 0], [0, 0, 1]
 
 
 class Expansion(NamedTuple):
@@ -56,10 +59,15 @@ class _Piece:
     upper: tuple[float, float]
     series: tuple[Real, ...]
 
+    @property
+    def terms(self) -> tuple[int, ...]:
+        """How many terms there are in p and in q."""
+        return self.series[0].shape[:2]
+
     @cached_property
     def whole(self) -> Real:
-        """The coefficients of all arrays side by side, (terms in p, terms in q, entries)."""
-        return np.concatenate([c.reshape(*c.shape[:2], -1) for c in self.series], axis=2)
+        """The coefficients of all arrays side by side, (products of terms, entries)."""
+        return np.concatenate([c.reshape(math.prod(self.terms), -1) for c in self.series], axis=1)
 
     @cached_property
     def parts(self) -> list[tuple[slice, tuple[int, ...]]]:
@@ -190,20 +198,20 @@ class Plane:
 
     def at(self, u: float, v: float) -> Expansion:
         """Return the matrices and their derivatives at a point of the unit square."""
-        spans = np.subtract(self.upper, self.lower)
+        spans = [b - a for a, b in zip(self.lower, self.upper, strict=True)]
         values = (self.lower[0] + u * spans[0], self.lower[1] + v * spans[1])
         piece = self._piece(values)
         first, second = (
             _polynomials(
                 piece.local(values[axis], axis),
-                piece.whole.shape[axis],
+                terms,
                 2.0 * spans[axis] / (piece.upper[axis] - piece.lower[axis]),
             )
-            for axis in (0, 1)
+            for axis, terms in enumerate(piece.terms)
         )
-        whole = piece.whole
-        inner = (first @ whole.reshape(len(whole), -1)).reshape(2, whole.shape[1], -1)
-        whole = np.concatenate([second[:1] @ inner[0], second[:1] @ inner[1], second[1:] @ inner[0]])
+        # Of the values, of d/du and of d/dv.
+        weights = first[_IN_FIRST][:, :, None] * second[_IN_SECOND][:, None]
+        whole = weights.reshape(3, -1) @ piece.whole
         expanded = [whole[:, part].reshape(3, *shape) for part, shape in piece.parts]
         mass, *damping, stiffness = expanded[:-STATICS]
         load, rows, offsets, _ = expanded[-STATICS:]
@@ -247,13 +255,11 @@ def _tail(series: Real, axis: int) -> float:
 
 def _polynomials(t: float, terms: int, rate: float) -> Real:
     """Return Chebyshev polynomials and their derivatives, times `rate`, (2, terms)."""
-    values = np.zeros((2, max(terms, 2)))
-    values[0, 0], values[0, 1], values[1, 1] = 1.0, t, 1.0
-    for k in range(2, terms):
-        values[0, k] = 2.0 * t * values[0, k - 1] - values[0, k - 2]
-        values[1, k] = 2.0 * values[0, k - 1] + 2.0 * t * values[1, k - 1] - values[1, k - 2]
-    values[1] *= rate
-    return values[:, :terms]
+    values, slopes = [1.0, t], [0.0, rate]
+    for _ in range(2, terms):
+        slopes.append(2.0 * (rate * values[-1] + t * slopes[-1]) - slopes[-2])
+        values.append(2.0 * t * values[-1] - values[-2])
+    return np.array([values[:terms], slopes[:terms]])
 
 
 def _contracted(series: Real, t: float, axis: int) -> Real:

@@ -216,19 +216,15 @@ class Search:
         if self.plane.region is None:
             found = self.plane.line(0, place).growth(np.array([self._value(0, at) for at in places]))
             return found["eigenvalue"].real, found["unstable_eigenvalues"], found["steady_sliding"]
-        rates, counts = np.full(places.size, np.nan), np.zeros(places.size, dtype=int)
-        steady = np.zeros(places.size, dtype=bool)
-        for k, at in enumerate(places):
-            y = np.array([at, place])
-            seen = self.plane.seen(eigenvalues(self.plane, y))
-            rates[k] = seen.real.max(initial=-np.inf)
-            counts[k] = growing(seen)
-            steady[k] = slides(self.plane, y)
-        return np.where(np.isfinite(rates), rates, np.nan), counts, steady
+        points = np.column_stack([places, np.full(places.size, place)])
+        seen = [self.plane.seen(values) for values in eigenvalues(self.plane, points)]
+        rates = np.array([values.real.max(initial=-np.inf) for values in seen])
+        counts = np.array([growing(values) for values in seen])
+        return np.where(np.isfinite(rates), rates, np.nan), counts, slides(self.plane, points)
 
     def _count(self, u: float, v: float) -> int:
         """Return how many eigenvalues grow at a point."""
-        return growing(self.plane.seen(eigenvalues(self.plane, np.array([u, v]))))
+        return int(self.verdicts(np.array([u]), v)[1][0])
 
     def _departed(self, axis: int, place: float, counts: Index) -> Index:
         """Return how many growing eigenvalues have left the band since the first place of a line.
@@ -256,7 +252,7 @@ class Search:
             middle = 0.5 * (a + b)
             same = self._count(*at(middle)) == first + _begun(met, ends[0], middle)
             a, b = (middle, b) if same else (a, middle)
-        found = eigenvalues(self.plane, at(b))
+        (found,) = eigenvalues(self.plane, at(b)[None])
         found = found[found.real > _AT_BOUND * np.abs(found)]
         for bound in (region.low, region.high):
             if bound and (np.abs(np.abs(found) - bound) <= _AT_BOUND * bound).any():

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from stickslip.locus.boundary.conditions import Condition, corrected, is_steady, tangent
 from stickslip.locus.boundary.curves import CurveKind
-from stickslip.scene.checks import Real
+from stickslip.scene.checks import Flags, Real
 
 #: Step at most and at least, of the unit square.
 _LARGEST, _SMALLEST = 0.08, 1e-9
@@ -66,6 +66,8 @@ class Trace:
     #: Numbers of eigenvalues of a band that are not found at the points, nan where they are not counted; None
     #: where all are computed.
     missing: Real | None = None
+    #: Whether steady sliding exists at the points, (k,).
+    steady: Flags = field(init=False)
 
     @property
     def closed(self) -> bool:
@@ -100,27 +102,33 @@ def traced(condition: Condition, start: Real) -> Trace | None:
     found = corrected(condition, start, row, float(row @ start))
     if found is None:
         return None
-    origin = found[0]
-    forward, end = _followed(condition, origin, 1.0)
+    origin = _settled(condition, found[0], row)
+    forward, end = _followed(condition, origin)
     if end == "closed":
         return _finished(condition, forward, ("closed", "closed"))
-    backward, begin = _followed(condition, origin, -1.0)
-    return _finished(condition, [*backward[:0:-1], *forward], (begin, end))
+    backward, begin = _followed(condition, _reversed(origin))
+    return _finished(condition, [*map(_reversed, backward[:0:-1]), *forward], (begin, end))
 
 
-def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Real], str]:
-    """Return the points from `origin` on, in one of the two senses, and why there are no more."""
-    points, y = [origin], origin
+def _reversed(point: Settled) -> Settled:
+    """Return a point of a curve that is followed the other way."""
+    return point[0], -point[1], *point[2:]
+
+
+def _followed(condition: Condition, start: Settled) -> tuple[list[Settled], str]:
+    """Return the points from one on, in the sense of its tangent, and why there are no more."""
+    points, (y, along) = [start], start[:2]
+    origin, begin = y, along
     condition.settle(y)
-    along = sense * tangent(condition.equations(y)[1])
-    begin, step = along, 0.25 * _LARGEST
+    step, bend = 0.25 * _LARGEST, np.zeros(y.size)
     away = False
     while len(points) < _POINTS:
         end = _end(condition, y, along, step)
         if end is not None:
-            return [*points, end[0]], end[1]
+            return [*points, _settled(condition, end[0], along)], end[1]
         step = min(step, max(0.5 * _room(condition, y, along), _SMALLEST))
-        found = corrected(condition, y + step * along, along, float(along @ y) + step)
+        guess = y + step * along + 0.5 * step**2 * bend
+        found = corrected(condition, guess, along, float(along @ y) + step)
         turned = np.inf
         if found is not None:
             after = tangent(condition.equations(found[0])[1])
@@ -131,15 +139,16 @@ def _followed(condition: Condition, origin: Real, sense: float) -> tuple[list[Re
                 return points, "range" if _room(condition, y, along) <= _EDGE else "lost"
             step *= 0.3
             continue
-        before, y, along = y, found[0], after
+        before, y = y, found[0]
+        bend = (after - along) / float(np.linalg.norm(y - before))
         distance = float(np.linalg.norm(y - origin))
         beside = float(np.linalg.norm((y - origin) - ((y - origin) @ begin) * begin))
         passes = (before - origin) @ begin < 0.0 <= (y - origin) @ begin
         if away and passes and distance < 2.0 * _LARGEST and beside < step:
-            return [*points, origin], "closed"
+            return [*points, start], "closed"
         away = away or distance > 2.0 * step
-        points.append(y)
-        condition.settle(y)
+        points.append(_settled(condition, y, along))
+        along = points[-1][1]
         step = min(_LARGEST, step * float(np.clip(_ANGLE / max(turned, 1e-12), 0.3, 2.0)))
     return points, "lost"
 
@@ -206,7 +215,7 @@ def moved(trace: Trace, condition: Condition) -> Trace | None:
     turned = [place for place, _ in trace.turns]
     points = np.delete(trace.points, turned, axis=0)
     tangents = np.delete(trace.tangents, turned, axis=0)
-    found: list[Real] = []
+    found: list[Settled] = []
     for k, (y, along) in enumerate(zip(points, tangents, strict=True)):
         end = trace.ends[0] if k == 0 else trace.ends[1] if k == len(points) - 1 else ""
         row = along
@@ -217,8 +226,7 @@ def moved(trace: Trace, condition: Condition) -> Trace | None:
         reached = corrected(condition, y, row, float(row @ y))
         if reached is None:
             return None
-        found.append(np.where(row == 1.0, y, reached[0]))
-        condition.settle(found[-1])
+        found.append(_settled(condition, np.where(row == 1.0, y, reached[0]), along))
     if trace.closed:
         found[-1] = found[0]
     missing = None if trace.missing is None else np.delete(trace.missing, turned)
@@ -226,16 +234,11 @@ def moved(trace: Trace, condition: Condition) -> Trace | None:
 
 
 def _finished(
-    condition: Condition, points: list[Real], ends: tuple[str, str], missing: Real | None = None
+    condition: Condition, points: list[Settled], ends: tuple[str, str], missing: Real | None = None
 ) -> Trace:
-    """Return a curve with tangents that follow it, and with the points at which it turns."""
+    """Return a curve with the points at which it turns, and so many that its cubics follow it."""
     # An end at the start is that point twice.
-    kept = [points[0], *(b for a, b in pairwise(points) if (a != b).any())]
-    found: list[Settled] = []
-    way = kept[min(1, len(kept) - 1)] - kept[0]
-    for y in kept:
-        found.append(_settled(condition, y, way))
-        way = found[-1][1]
+    found = [points[0], *(b for a, b in pairwise(points) if (a[0] != b[0]).any())]
     # The points of a band are counted.
     if missing is None:
         _refine(condition, found)
@@ -243,6 +246,7 @@ def _finished(
     trace = Trace(condition, places, tangents, errors, growth, ends, missing=missing)
     for axis in (0, 1):
         _turned(trace, axis)
+    trace.steady = is_steady(condition, trace.points)
     return trace
 
 
@@ -332,18 +336,22 @@ def crossings(trace: Trace, axis: int, place: float, *, exact: bool) -> list[Cro
     """
     condition, across = trace.condition, trace.points[:, 1 - axis] - place
     found = []
-    for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)):
-        y = hermite(trace, int(k), _part(trace, int(k), 1 - axis, place))
+    for k in np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0)).tolist():
+        y = hermite(trace, k, _part(trace, k, 1 - axis, place))
         if exact:
-            y = _on_curve(trace, int(k), 1 - axis, place, y)
+            y = _on_curve(trace, k, 1 - axis, place, y)
+        exists = False
+        if condition.contact is not None:
+            begin, end = trace.steady[k : k + 2]
+            exists = bool(begin if begin == end and not exact else is_steady(condition, y[None])[0])
         found.append(
             Crossing(
                 condition.kind,
                 condition.contact,
                 float(y[axis]),
                 condition.omega(y),
-                _direction(trace, int(k), axis, y),
-                condition.contact is not None and is_steady(condition, y),
+                _direction(trace, k, axis, y),
+                exists,
             )
         )
     return found
