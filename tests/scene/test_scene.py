@@ -191,3 +191,27 @@ def test_the_representation_says_what_it_is():
     assert "contact 1 (x7 / x8): friction 1.5, slider speed 0.025 m/s" in text
     assert "'++'" in repr(ss.steady_sliding(ss.models.two_subsystems()))
     assert "118.4" in repr(ss.complex_modes(ss.models.two_subsystems()))
+
+
+def test_the_representation_lists_the_first_contacts():
+    contacts = [
+        ss.Contact(tangential=k, normal_force=1.0, friction=0.3, slider_speed=0.1, name=f"c{k}")
+        for k in range(10)
+    ]
+
+    def listed(count):
+        text = repr(ss.Scene(np.ones(10), 1e4 * np.eye(10), contacts=contacts[:count]))
+        return sum(line.startswith("  contact c") for line in text.splitlines()), text.splitlines()[-1]
+
+    assert listed(8) == (8, "  contact c7 (x8 / none): friction 0.3, slider speed 0.1 m/s, normal force 1 N")
+    assert listed(9) == (8, "  and 1 more contact: see scene.summary()")
+    assert listed(10) == (8, "  and 2 more contacts: see scene.summary()")
+
+
+def test_two_indices_are_no_plane():
+    contact = ss.Contact(tangential=(0, 1), normal=2, friction=0.3, slider_speed=0.1)
+    message = (
+        r"contact 0: tangential: .* the two directions of a plane are names, like \('x1', 'x2'\), or vectors"
+    )
+    with pytest.raises(ss.InputError, match=message):
+        ss.Scene(np.ones(3), 1e4 * np.eye(3), contacts=[contact])

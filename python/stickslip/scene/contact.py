@@ -452,7 +452,13 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | l
     try:
         index = operator.index(value)
     except TypeError:
-        return real_array(argument, value, 1)
+        vector = real_array(argument, value, 1)
+        if vector.size == 2 < len(dofs) and argument.endswith("tangential"):
+            raise InputError(
+                f"{argument}: expected shape ({len(dofs)},), got (2,): numbers are entries of one direction, "
+                f"and the two directions of a plane are names, like {tuple(dofs[:2])}, or vectors"
+            ) from None
+        return vector
     if isinstance(value, bool):
         raise InputError(f"{argument}: expected a dof index, a dof name or a vector, got {value!r}")
     return dof_index(argument, index, dofs)

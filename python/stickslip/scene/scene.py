@@ -60,6 +60,8 @@ if TYPE_CHECKING:
 
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
+#: Contacts that a printed scene lists.
+_LISTED = 8
 #: Columns of the table of contacts.
 HEADINGS = (
     "contact",
@@ -322,7 +324,7 @@ class Scene(Shown):
         loads = described_loads(self.loads, self.contacts, self.dofs)
         lines += [f"  load {name}: {text}" for name, text in loads]
         lines += [f"  {name}: {text}" for name, text in described_elements(self.elements, self.dofs)]
-        for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
+        for label, contact in zip(self.contact_labels()[:_LISTED], self.contacts, strict=False):
             law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.coefficient(0.0)):
                 law += f", static {contact.static_friction:g}"
@@ -335,6 +337,8 @@ class Scene(Shown):
             both = (contact.tangential, contact.normal)
             place = " / ".join(described_direction(direction, self.dofs) for direction in both)
             lines.append(f"  contact {label} ({place}): {law}")
+        if (more := len(self.contacts) - _LISTED) > 0:
+            lines.append(f"  and {more} more contact{'s' * (more > 1)}: see scene.summary()")
         return "\n".join(lines)
 
     def summary(self) -> Summary:
