@@ -27,6 +27,8 @@ _BENT = 5e-5
 _HALVINGS = 8
 #: Way to the border at which a curve ends that Newton's method cannot follow, as where damping vanishes.
 _EDGE = 1e-6
+#: Part of the way to the border by which a step goes that does not end on it.
+_NEARER = 0.9
 #: Part of a tangent below which it is rounding.
 _STRAIGHT = 1e-10
 #: Part of a direction of growth below which it may be rounding.
@@ -125,15 +127,19 @@ def _followed(condition: Condition, start: Settled) -> tuple[list[Settled], str]
     while len(points) < _POINTS:
         end = _end(condition, y, along, step)
         if end is not None:
-            return [*points, _settled(condition, end[0], along)], end[1]
-        step = min(step, max(0.5 * _room(condition, y, along), _SMALLEST))
+            last = _settled(condition, end[0], along)
+            # Where all modes are undamped on the border, the condition tells no direction there.
+            if end[1] != "range" or _angle(last[1], along) <= _REFUSED:
+                return [*points, last], end[1]
+            condition.settle(y)
+        step = min(step, max(_NEARER * _room(condition, y, along), _SMALLEST))
         guess = y + step * along + 0.5 * step**2 * bend
         found = corrected(condition, guess, along, float(along @ y) + step)
         turned = np.inf
         if found is not None:
             after = tangent(condition.equations(found[0])[1])
             after = after if after @ along > 0.0 else -after
-            turned = float(np.arccos(np.clip(after @ along, -1.0, 1.0)))
+            turned = _angle(after, along)
         if found is None or turned > _REFUSED or not _inside(condition, found[0]):
             if step <= _SMALLEST:
                 return points, "range" if _room(condition, y, along) <= _EDGE else "lost"
@@ -151,6 +157,11 @@ def _followed(condition: Condition, start: Settled) -> tuple[list[Settled], str]
         along = points[-1][1]
         step = min(_LARGEST, step * float(np.clip(_ANGLE / max(turned, 1e-12), 0.3, 2.0)))
     return points, "lost"
+
+
+def _angle(a: Real, b: Real) -> float:
+    """Return the angle between two directions, rad."""
+    return float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
 
 
 def _inside(condition: Condition, y: Real) -> bool:
