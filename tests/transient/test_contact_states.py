@@ -71,6 +71,31 @@ def test_stiff_bristles_need_no_panel_for_each_of_their_relaxations(stiffness):
     assert sooner * np.sqrt(stiffness) == pytest.approx(8.5, rel=0.02)
 
 
+def test_bristles_of_unlike_stiffness_move_together_as_each_alone():
+    """Panels on which one deflection follows and another relaxes too often for a series are passed over."""
+    stiffness = [3e4, 1e5, 2e5, 9e5]
+
+    def contact(k):
+        law = ss.friction.LuGre(1.5, 1.0, 1e-2, stiffness[k], np.sqrt(stiffness[k]), 0.4)
+        return ss.Contact(tangential=np.eye(4)[k], normal_force=1.0, friction=law, slider_speed=0.1)
+
+    springs, start = np.array([2.0, 3.0, 5.0, 7.0]), np.array([0.02, -0.05, 0.03, 0.04])
+    together = ss.Scene(np.ones(4), np.diag(springs), contacts=[contact(k) for k in range(4)])
+    run = ss.simulate(together, 4.0, ss.steady_sliding(together).perturbed(velocity=start))
+    assert run.counters["panels"] < 300
+    assert abs(run.balance().residual) < 1e-13
+    for k in range(4):
+        law = contact(k).friction
+        single = ss.Contact(tangential="x1", normal_force=1.0, friction=law, slider_speed=0.1)
+        scene = ss.Scene([1.0], [[springs[k]]], contacts=[single])
+        alone = ss.simulate(scene, 4.0, ss.steady_sliding(scene).perturbed(velocity=start[k : k + 1]))
+        times = np.linspace(0.0, 4.0, 41)
+        own, other = alone.sample(times), run.sample(times)
+        for name in ("position", "velocity"):
+            difference = other[name].to_numpy()[:, k] - own[name].to_numpy()[:, 0]
+            assert np.abs(difference).max() < 1e-13
+
+
 def test_friction_of_dahl_is_a_function_of_the_place():
     """Between turns ``T - T_end`` falls by ``exp(-stiffness |dx| / kinetic)``."""
     kinetic, stiffness, pressed = 0.4, 300.0, 5.0

@@ -26,6 +26,9 @@ const SMALLEST: f64 = 1e-6;
 /// Times that the fastest bristles relax over the first panel that is tried, and usual panels until the next one is.
 const FIRST: f64 = 200.0;
 const WAITS: f64 = 8.0;
+/// Times that a deflection relaxes over a panel up to which a series in time holds, and by how much more often one has to that follows.
+const SERIES: f64 = 10.0;
+const BEYOND: f64 = 1.25;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
 
@@ -50,18 +53,17 @@ impl LawMotion {
             false => [WIDENS, f64::INFINITY],
         };
         let mut wide = (full * operator.widest()).min(widens * self.followed);
-        let fastest = relaxing(operator, &self.taylor, &mut self.contacts).map(|(_, rate, _)| rate);
-        if let Some(rate) = fastest.max_by(f64::total_cmp)
-            && self.followed.is_infinite()
-        {
-            wide = wide.min(FIRST / rate);
+        let mut rates = self.rates(operator);
+        if self.followed.is_infinite() {
+            wide = rates.iter().fold(wide, |wide, (rate, _)| wide.min(FIRST / rate));
         }
+        wide = wide.max(beyond_series(&rates, wide)).min(full * operator.widest());
         let mut tried = None;
         for _ in 0..NARROWINGS {
             let planes = operator.planes.iter().zip(&self.planes);
             wide =
                 planes.fold(wide, |w, (one, series)| series.widest(one, [w, full], start).min(w));
-            wide = self.widest_of_states(operator, [wide, width]);
+            wide = widest_of_states(&rates, wide);
             if wide <= WORTH * width || !self.let_follow(operator, wide) {
                 break;
             }
@@ -71,6 +73,10 @@ impl LawMotion {
                 self.followed = wide;
                 return true;
             }
+            if rates.len() > 1 {
+                self.wait_for_slowest(operator);
+            }
+            rates = self.rates(operator);
             wide *= NARROWER;
         }
         if let Some(wide) = tried {
@@ -119,14 +125,22 @@ impl LawMotion {
         self.contacts.iter().any(|one| one.followed.follows)
     }
 
-    /// The widest panel beside bristles up to one: where they have not relaxed, they do so by no more than a series can follow.
-    fn widest_of_states(&mut self, operator: &LawOperator, [wide, width]: [f64; 2]) -> f64 {
+    /// How fast the deflections relax, 1/s, and whether each of them has.
+    fn rates(&mut self, operator: &LawOperator) -> Vec<(f64, bool)> {
         let start = self.taylor.start();
         let all = relaxing(operator, &self.taylor, &mut self.contacts);
-        all.fold(wide, |wide, (_, rate, followed)| {
-            let waits = rate * wide > STIFF && start < followed.relaxed_at;
-            if waits { wide.min(width) } else { wide }
-        })
+        all.map(|(_, rate, followed)| (rate, start >= followed.relaxed_at)).collect()
+    }
+
+    /// Lets the slowest of several deflections that did not follow together relax before that is tried again.
+    fn wait_for_slowest(&mut self, operator: &LawOperator) {
+        let start = self.taylor.start();
+        let all = relaxing(operator, &self.taylor, &mut self.contacts);
+        let mut following: Vec<_> = all.filter(|(.., one)| one.follows).collect();
+        following.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if let [(_, rate, slowest), _, ..] = &mut following[..] {
+            slowest.relaxed_at = slowest.relaxed_at.max(start + STIFF / *rate);
+        }
     }
 
     /// Lets the directions and deflections follow that relax many times over a panel; whether any does.
@@ -213,6 +227,29 @@ impl LawMotion {
         self.recur(scene, operator);
         self.stopping = Some(place);
     }
+}
+
+/// A width on which deflections follow that relax too often for a series where faster ones follow, and too seldom to follow there; 0 where
+/// none does.
+fn beyond_series(rates: &[(f64, bool)], wide: f64) -> f64 {
+    let relaxed = || rates.iter().filter(|one| one.1).map(|one| one.0);
+    if !relaxed().any(|rate| rate * wide > STIFF) {
+        return 0.0;
+    }
+    let between = relaxed().filter(|rate| (SERIES..=STIFF).contains(&(rate * wide)));
+    between.fold(0.0, |widest, rate| widest.max(BEYOND * STIFF / rate))
+}
+
+/// The widest panel up to one, on which each deflection follows or relaxes no more than a series can follow.
+fn widest_of_states(rates: &[(f64, bool)], mut wide: f64) -> f64 {
+    let is_between = |rate: f64, relaxed: bool, wide: f64| {
+        rate * wide > SERIES && !(relaxed && rate * wide > STIFF)
+    };
+    for _ in rates {
+        let between = rates.iter().filter(|one| is_between(one.0, one.1, wide));
+        wide = between.fold(wide, |narrowest, one| narrowest.min(SERIES / one.0));
+    }
+    wide
 }
 
 /// Contacts with bristles, how fast these relax where the panel begins, 1/s, and their balances.

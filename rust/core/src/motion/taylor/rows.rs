@@ -18,6 +18,8 @@ use crate::scene::reduction::bases::Reduction;
 
 /// Number of dense products that take no longer than one product of a sparse row, whose sum is one chain of additions.
 const PER_ENTRY: usize = 8;
+/// The same beside contacts with a state, whose deflections follow on wide panels by rows alone.
+const BESIDE_STATES: usize = 64;
 /// Groups of rows that are summed together, each in two chains of additions that hide their latency.
 const BLOCK: usize = 4;
 /// Relative difference of a damping and beta times a stiffness that is their rounding.
@@ -133,9 +135,10 @@ impl Products {
 impl Rows {
     /// Whether the rows of a scene are worth forming.
     pub fn are_quicker(scene: &Scene) -> bool {
+        let times = if scene.states.is_some() { BESIDE_STATES } else { PER_ENTRY };
         scene.coupled_mass.is_none()
             && scene.size * scene.size
-                <= PER_ENTRY * scene.stiffness.entries().max(scene.damping.entries())
+                <= times * scene.stiffness.entries().max(scene.damping.entries())
     }
 
     /// The rows of a combination, unless it is so large and sparse that they would take longer; with outputs, and with the
