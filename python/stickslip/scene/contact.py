@@ -334,7 +334,7 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
             f"{', as the rate has to fall through zero at one state z' * one}"
         )
     return (
-        None if contact.tangential is None else _direction(f"{place}: tangential", contact.tangential, dofs),
+        None if contact.tangential is None else _tangential(f"{place}: tangential", contact.tangential, dofs),
         None if contact.normal is None else _direction(f"{place}: normal", contact.normal, dofs),
         friction,
         friction if static is None else real_number(f"{place}: static_friction", static),
@@ -444,6 +444,17 @@ def described_direction(direction: Any, dofs: Sequence[str]) -> str:
     return " + ".join(terms if len(terms) <= 4 else [*terms[:3], "..."]).replace("+ -", "- ")
 
 
+def _tangential(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | list[tuple[int, float]]:
+    """Return a tangential direction; `InputError` where two numbers are given as if for a plane."""
+    direction = _direction(argument, value, dofs)
+    if isinstance(direction, np.ndarray) and direction.size == 2 < len(dofs):
+        raise InputError(
+            f"{argument}: expected shape ({len(dofs)},), got (2,): numbers are entries of one direction, and "
+            f"the two directions of a plane are names, like {tuple(dofs[:2])}, or vectors"
+        )
+    return direction
+
+
 def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | list[tuple[int, float]]:
     if isinstance(value, str):
         return dof_index(argument, value, dofs)
@@ -452,13 +463,7 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | l
     try:
         index = operator.index(value)
     except TypeError:
-        vector = real_array(argument, value, 1)
-        if vector.size == 2 < len(dofs) and argument.endswith("tangential"):
-            raise InputError(
-                f"{argument}: expected shape ({len(dofs)},), got (2,): numbers are entries of one direction, "
-                f"and the two directions of a plane are names, like {tuple(dofs[:2])}, or vectors"
-            ) from None
-        return vector
+        return real_array(argument, value, 1)
     if isinstance(value, bool):
         raise InputError(f"{argument}: expected a dof index, a dof name or a vector, got {value!r}")
     return dof_index(argument, index, dofs)

@@ -20,7 +20,7 @@ from stickslip.locus.boundary.result import StabilityBoundary
 from stickslip.locus.boundary.search import FINER, Search
 from stickslip.locus.boundary.tracing import Trace
 from stickslip.locus.path import Sliding
-from stickslip.scene.checks import whole_number
+from stickslip.scene.checks import Complex, whole_number
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import divided, interval
 from stickslip.show.progress import LONG, watched
@@ -126,7 +126,10 @@ def boundary_of(search: Search) -> StabilityBoundary:
     ends = dict(zip(plane.names, zip(plane.lower, plane.upper, strict=True), strict=True))
     scene = family.scene({**plane.fixed, **plane.values((0.0, 0.0))})
     labels = [str(label) for label in scene.contact_labels()]
-    found = [one for trace in search.traces for one in meetings(trace, np.arange(len(labels)))]
+    beside = [others(trace, trace.points) for trace in search.traces]
+    steady = np.arange(len(labels))
+    met = zip(search.traces, beside, strict=True)
+    found = [one for trace, along in met for one in meetings(trace, along, steady)]
     points = [
         CodimensionTwo(
             kind=one.kind,
@@ -147,7 +150,7 @@ def boundary_of(search: Search) -> StabilityBoundary:
     growth = xr.DataArray(search.growth.T, coords=axes, dims=list(ends), attrs={"units": "1/s"})
     return StabilityBoundary(
         ends,
-        [_curve(trace, labels, search.uncounted) for trace in search.traces],
+        [_curve(*one, labels, search.uncounted) for one in zip(search.traces, beside, strict=True)],
         points,
         xr.Dataset({"growth_rate": growth}),
         {name: (upper - lower) / search.cells for name, (lower, upper) in ends.items()},
@@ -155,14 +158,13 @@ def boundary_of(search: Search) -> StabilityBoundary:
     )
 
 
-def _curve(trace: Trace, labels: list[str], uncounted: float) -> BoundaryCurve:
+def _curve(trace: Trace, beside: list[Complex], labels: list[str], uncounted: float) -> BoundaryCurve:
     condition = trace.condition
     plane = condition.plane
     contact, frequency = condition.contact, np.full(len(trace.points), np.nan)
     if not isinstance(condition, Separation):
         frequency = np.array([abs(condition.omega(y)) for y in trace.points]) / (2.0 * np.pi)
     spans = np.subtract(plane.upper, plane.lower)
-    beside = others(trace, trace.points)
     return BoundaryCurve(
         kind=condition.kind,
         names=plane.names,

@@ -6,7 +6,7 @@ method for both conditions together.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -33,8 +33,6 @@ SAME = 1e-7
 _NEARER = (0.05, 1e-8)
 #: Imaginary part of an eigenvalue below this part of the frequency is taken to vanish.
 _ZERO = 1e-6
-#: Logarithm beyond which a determinant is as large as one with this one.
-_LARGE = 300.0
 #: By how much, of the way, a point may pass the ends of a curve, and how far it may be from its cubic.
 _ENDS, _OFF = 1e-9, 1e-2
 
@@ -56,18 +54,24 @@ def others(trace: Trace, points: Real) -> list[Complex]:
     plane, condition = trace.condition.plane, trace.condition
     found = []
     for y, values in zip(points, eigenvalues(plane, points), strict=True):
-        omegas = {1.0, -1.0} if isinstance(condition, Hopf) else {0.0}
-        for sign in () if isinstance(condition, Separation) else omegas:
-            values = np.delete(values, np.abs(values - 1j * sign * condition.omega(y)).argmin())
-        values = plane.seen(values)
-        found.append(values[np.argsort(-values.real)])
+        own: tuple[complex, ...] = ()
+        if isinstance(condition, Hopf):
+            own = (1j * condition.omega(y), -1j * condition.omega(y))
+        elif isinstance(condition, Divergence):
+            own = (0.0j,)
+        rest = values
+        for value in own:
+            rest = np.delete(rest, np.abs(rest - value).argmin())
+        rest = plane.seen(rest)
+        found.append(rest[np.argsort(-rest.real)])
     return found
 
 
-def meetings(trace: Trace, steady: Index) -> list[Meeting]:
+def meetings(trace: Trace, along: list[Complex], steady: Index) -> list[Meeting]:
     """Return the points of a curve at which something else holds as well.
 
-    `steady` are the contacts whose margins matter: those that may separate.
+    `along` is what `others` gives at the points of the curve, `steady` are the contacts whose margins matter:
+    those that may separate.
     """
     plane, condition = trace.condition.plane, trace.condition
     found = [
@@ -79,16 +83,15 @@ def meetings(trace: Trace, steady: Index) -> list[Meeting]:
     for place, end in ((0, trace.ends[0]), (-1, trace.ends[1])):
         if end == "zero_frequency":
             found.append(Meeting("zero_frequency", trace.points[place, :2], (0.0,)))
-    along = others(trace, trace.points)
     counts = [growing(values) for values in along]
-    signs = np.sign(_determinants(plane, trace.points)(trace.points))
-    for k, ends in enumerate(pairwise(counts)):
-        if signs[k] * signs[k + 1] < 0.0:
+    signs = _determinants(plane, trace.points)[0]
+    for k, (ends, product) in enumerate(zip(pairwise(counts), signs[:-1] * signs[1:], strict=True)):
+        if product < 0.0:
             found += _zero_eigenvalue(trace, k)
         # Of a pair one, as the other grows or decays with it. A real eigenvalue may be of a pair further on.
         imaginary = along[k + int(np.argmax(ends))].imag
-        least = 0.0 if signs[k] * signs[k + 1] > 0.0 else np.finfo(float).tiny
-        ranks = [rank for rank in range(min(ends), max(ends)) if imaginary[rank] >= least]
+        counted = imaginary >= 0.0 if product > 0.0 else imaginary > 0.0
+        ranks = [rank for rank in range(min(ends), max(ends)) if counted[rank]]
         found += [one for rank in ranks for one in _second_pair(trace, k, rank)]
     forces = _relative(plane, trace.points)
     for contact in steady:
@@ -100,7 +103,13 @@ def meetings(trace: Trace, steady: Index) -> list[Meeting]:
 def _zero_eigenvalue(trace: Trace, k: int) -> list[Meeting]:
     """Return where a real eigenvalue vanishes between two points of a Hopf curve."""
     plane = trace.condition.plane
-    determinants = _determinants(plane, trace.points[k : k + 1])
+    unit = _determinants(plane, trace.points[k : k + 2])[1].max()
+
+    def determinants(points: Real) -> Real:
+        signs, logarithms = _determinants(plane, points)
+        scaled: Real = signs * np.exp(logarithms - unit)
+        return scaled
+
     found = _joined(trace, k, determinants, lambda y: Divergence(plane, y[:2]))
     if found is None:
         return []
@@ -108,21 +117,10 @@ def _zero_eigenvalue(trace: Trace, k: int) -> list[Meeting]:
     return [Meeting("zero_hopf", own[:2], (0.0, *_omegas(trace.condition, own)))]
 
 
-def _determinants(plane: Plane, reference: Real) -> Callable[[Real], Real]:
-    """Return the determinant of the stiffness at points, of its modulus at the first one of `reference`."""
-
-    def logarithms(points: Real) -> tuple[Real, Real]:
-        signs, sizes = np.linalg.slogdet(np.stack([plane.at(*y[:2])[2][0] for y in points]))
-        return signs, sizes
-
-    unit = logarithms(reference[:1])[1]
-    unit = np.where(np.isfinite(unit), unit, 0.0)
-
-    def relative(points: Real) -> Real:
-        signs, sizes = logarithms(points)
-        return signs * np.exp(np.minimum(sizes - unit, _LARGE))
-
-    return relative
+def _determinants(plane: Plane, points: Real) -> tuple[Real, Real]:
+    """Return signs of the determinant of the stiffness at points, and logarithms of its modulus, (n,)."""
+    signs, logarithms = np.linalg.slogdet(np.stack([plane.at(*y[:2]).stiffness[0] for y in points]))
+    return signs, logarithms
 
 
 def _second_pair(trace: Trace, k: int, rank: int) -> list[Meeting]:
@@ -173,22 +171,24 @@ def _joined(
     Newton's method for both starts where the function would vanish if it were linear and, where that does not
     lead to a point between the two, nearer to where it vanishes.
     """
-    ends = function(trace.points[k : k + 2])
-    part = float(ends[0] / (ends[0] - ends[1])) if ends[0] * ends[1] < 0.0 else 0.5
-    y = hermite(trace, k, part)
     trace.condition.settle(trace.points[k])
-    for within in (*_NEARER, None):
+    for y in _starts(trace, k, function):
         if (met := second(y)) is not None:
             found = _joint([trace.condition, met], [y, met.start])
             if found is not None and _is_between(trace, k, found[0]) and not _vanishes(met, found[1]):
                 return found, met
-        if within is None:
-            return None
-        nearer = located(trace, k, lambda y, along: float(function(y[None])[0]), within)
-        if nearer is None:
-            return None
-        y = nearer[0]
     return None
+
+
+def _starts(trace: Trace, k: int, function: Callable[[Real], Real]) -> Iterator[Real]:
+    """Yield points between points k and k + 1 of a curve, each nearer to a zero of a function of points."""
+    ends = function(trace.points[k : k + 2])
+    yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])) if ends[0] * ends[1] < 0.0 else 0.5)
+    for within in _NEARER:
+        found = located(trace, k, lambda y, along: float(function(y[None])[0]), within)
+        if found is None:
+            return
+        yield found[0]
 
 
 def _vanishes(condition: Condition, y: Real) -> bool:

@@ -224,7 +224,8 @@ class Search:
 
     def _count(self, u: float, v: float) -> int:
         """Return how many eigenvalues grow at a point."""
-        return int(self.verdicts(np.array([u]), v)[1][0])
+        (values,) = eigenvalues(self.plane, np.array([[u, v]]))
+        return growing(self.plane.seen(values))
 
     def _departed(self, axis: int, place: float, counts: Index) -> Index:
         """Return how many growing eigenvalues have left the band since the first place of a line.

@@ -154,7 +154,7 @@ def _followed(condition: Condition, start: Settled) -> tuple[list[Settled], str]
             return [*points, start], "closed"
         away = away or distance > 2.0 * step
         points.append(_settled(condition, y, along))
-        along = points[-1][1]
+        along = after
         step = min(_LARGEST, step * float(np.clip(_ANGLE / max(turned, 1e-12), 0.3, 2.0)))
     return points, "lost"
 

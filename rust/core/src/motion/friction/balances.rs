@@ -26,7 +26,8 @@ const SMALLEST: f64 = 1e-6;
 /// Times that the fastest bristles relax over the first panel that is tried, and usual panels until the next one is.
 const FIRST: f64 = 200.0;
 const WAITS: f64 = 8.0;
-/// Times that a deflection relaxes over a panel up to which a series in time holds, and by how much more often one has to that follows.
+/// Times that a deflection relaxes over a panel up to which it has a series in time, and how much wider than follows from `STIFF` a
+/// panel is on which one has to follow.
 const SERIES: f64 = 10.0;
 const BEYOND: f64 = 1.25;
 /// Units of rounding of a state below which a slip in a plane is at rest.
@@ -47,17 +48,18 @@ impl LawMotion {
             return false;
         }
         let full = operator.taylor.width();
+        let widest = full * operator.widest();
         // A deflection comes near its balance soon after slip has begun, a direction only with the end of slip.
         let [widens, waits] = match operator.planes.is_empty() {
             true => [GROWTH, WAITS * width],
             false => [WIDENS, f64::INFINITY],
         };
-        let mut wide = (full * operator.widest()).min(widens * self.followed);
+        let mut wide = widest.min(widens * self.followed);
         let mut rates = self.rates(operator);
         if self.followed.is_infinite() {
             wide = rates.iter().fold(wide, |wide, (rate, _)| wide.min(FIRST / rate));
         }
-        wide = wide.max(beyond_series(&rates, wide)).min(full * operator.widest());
+        wide = wide.max(beyond_series(&rates, wide)).min(widest);
         let mut tried = None;
         for _ in 0..NARROWINGS {
             let planes = operator.planes.iter().zip(&self.planes);
@@ -73,9 +75,7 @@ impl LawMotion {
                 self.followed = wide;
                 return true;
             }
-            if rates.len() > 1 {
-                self.wait_for_slowest(operator);
-            }
+            self.wait_for_slowest(operator);
             rates = self.rates(operator);
             wide *= NARROWER;
         }
@@ -229,8 +229,8 @@ impl LawMotion {
     }
 }
 
-/// A width on which deflections follow that relax too often for a series where faster ones follow, and too seldom to follow there; 0 where
-/// none does.
+/// The panel on which the deflections follow that neither follow nor have a series on one of a width on which faster deflections follow;
+/// 0 where there are none.
 fn beyond_series(rates: &[(f64, bool)], wide: f64) -> f64 {
     let relaxed = || rates.iter().filter(|one| one.1).map(|one| one.0);
     if !relaxed().any(|rate| rate * wide > STIFF) {
@@ -240,7 +240,7 @@ fn beyond_series(rates: &[(f64, bool)], wide: f64) -> f64 {
     between.fold(0.0, |widest, rate| widest.max(BEYOND * STIFF / rate))
 }
 
-/// The widest panel up to one, on which each deflection follows or relaxes no more than a series can follow.
+/// The widest panel up to a width, on which each deflection follows or has a series.
 fn widest_of_states(rates: &[(f64, bool)], mut wide: f64) -> f64 {
     let is_between = |rate: f64, relaxed: bool, wide: f64| {
         rate * wide > SERIES && !(relaxed && rate * wide > STIFF)
