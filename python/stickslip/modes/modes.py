@@ -80,8 +80,8 @@ class Modes(Shown):
         M_s, C_s and K_s, (k, k); sparse if only a part of the modes of a large scene was computed.
     missing
         Number of eigenvalues that were asked for and not found, conjugates included, by the winding of det P
-        round the band: near 0 if they are all here. Not a whole number, since it is an integral by
-        quadrature. 0 of all modes; None near given points, where it is not known.
+        round the band: 0 up to rounding if they are all here. 0 of all modes; None near given points, where
+        it is not known.
     doubts
         What could not be settled about a band, in words; empty if nothing.
     scene

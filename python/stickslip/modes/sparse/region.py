@@ -17,10 +17,8 @@ from stickslip.scene.checks import Complex, Real
 
 _Curve: TypeAlias = Callable[[Any], Any]
 
-#: Gauss points of a panel, and its length in distances to where eigenvalues may lie: what an eigenvalue at
-#: the distance d adds to the winding is then wrong by ``2 rho^(-2 points)``, ``rho = d / a + sqrt(1 + (d /
-#: a)^2) = 1.87`` with half the length ``a = 1.5 d``, that is by 1e-3.
-POINTS, _LENGTH = 6, 3.0
+#: Length of a panel of a contour in distances to where eigenvalues may lie.
+_LENGTH = 1.5
 #: Share of the distance to the imaginary axis that counts as that to the nearest eigenvalue.
 _AWAY = 0.7
 
@@ -86,12 +84,15 @@ class Panel:
             Panel(self.place, self.slope, middle, self.stop),
         )
 
-    def nodes(self) -> tuple[Complex, Complex]:
-        """Return Gauss points and their weights times dz."""
-        t, weight = np.polynomial.legendre.leggauss(POINTS)
-        half = 0.5 * (self.stop - self.start)
-        places = 0.5 * (self.start + self.stop) + half * t
-        return self.place(places), half * weight * self.slope(places)
+    @property
+    def length(self) -> float:
+        """Return the length of a piece of a line or an arc, 1/s."""
+        return abs((self.stop - self.start) * complex(self.slope(self.start)))
+
+    def ends(self) -> tuple[Complex, Complex]:
+        """Return the places of both ends, and dz over the parameter there, (2,) each."""
+        both = np.array([self.start, self.stop])
+        return self.place(both), self.slope(both)
 
 
 def contour(region: Region, distance: float) -> list[Panel]:

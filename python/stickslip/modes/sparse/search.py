@@ -9,12 +9,11 @@ import numpy as np
 
 from stickslip.modes.sparse.certificate import FACTORIZATIONS, Certificate
 from stickslip.modes.sparse.pencil import SparsePencil, on_all_cores
-from stickslip.modes.sparse.region import POINTS, Region, contour
+from stickslip.modes.sparse.region import Region, contour
 from stickslip.modes.sparse.shift_invert import Found, clusters, search_near
 from stickslip.scene.checks import Complex
 
-#: Distance of the contour from the band, in widths of the band: as far as Gauss points of 150 factorizations
-#: allow.
+#: Distance of the contour from the band, in widths of the band.
 _DISTANCE = 0.1
 #: Largest number of pairs of one shift: beyond, another factorization takes less time than a larger Krylov
 #: space.
@@ -27,8 +26,6 @@ _SAME = 1e-6
 _REAL = 1e-9
 #: Searches for eigenvalues that the certificate misses.
 _ROUNDS = 6
-#: How far from a whole number a winding may be to be taken for it.
-WHOLE = 0.01
 #: Width of the margin round a region, relative to its outer radius: so far a correction may move one.
 MARGIN = 1e-6
 #: Pairs that a search for missing ones takes.
@@ -152,15 +149,14 @@ def certified(search: Search, region: Region, width: float) -> Answer:
     """
     outer = region.wider(width)
     distance = width
-    while 2 * POINTS * len(contour(outer, distance)) > FACTORIZATIONS:
+    while 2 * (len(contour(outer, distance)) + 1) > FACTORIZATIONS:
         distance *= 1.2
     certificate = Certificate.of(search.pencil, outer, distance)
     merged = search.merged()
     for _ in range(_ROUNDS):
         known = with_conjugates(merged.eigenvalues)
-        while abs(certificate.missing(known) - round(certificate.missing(known))) > 0.2 * WHOLE:
-            if not certificate.refined(known, 1e-9):
-                break
+        while certificate.refined(known):
+            pass
         missing, first, second = certificate.moments(known)
         if round(missing) < 1:
             break
@@ -177,9 +173,9 @@ def certified(search: Search, region: Region, width: float) -> Answer:
     doubts = []
     if abs(missing) >= 0.5:
         doubts.append(f"{missing:.2f} eigenvalues of the region round the band are missing")
-    elif abs(missing) > WHOLE:
+    elif certificate.unresolved(known):
         doubts.append(
-            f"the winding of det P is {missing:.3f}, not whole: an eigenvalue lies near the contour, which "
+            "the winding of det P is not known: an eigenvalue lies near the contour, which "
             f"{certificate.factorizations} factorizations don't resolve"
         )
     inside = region.holds(merged.eigenvalues, MARGIN * region.high)
