@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3760),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 12260),
+    ("motion", 12320),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4330),

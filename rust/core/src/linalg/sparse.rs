@@ -4,6 +4,9 @@ use nalgebra::{DMatrix, Scalar};
 
 use crate::error::input::Error;
 
+/// Vectors that a product takes side by side.
+pub(crate) const LANES: usize = 8;
+
 /// A square matrix in compressed rows, column indices ascending within a row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseMatrix<T = f64> {
@@ -205,6 +208,17 @@ impl SparseMatrix {
     pub fn add_product(&self, factor: f64, x: &[f64], y: &mut [f64]) {
         for (row, target) in y.iter_mut().enumerate() {
             *target += factor * self.row_dot(row, x);
+        }
+    }
+
+    /// `y += factor * self x` of several vectors side by side.
+    pub(crate) fn add_products(&self, factor: f64, x: &[[f64; LANES]], y: &mut [[f64; LANES]]) {
+        for (row, targets) in y.iter_mut().enumerate() {
+            let mut sums = [0.0; LANES];
+            for (column, value) in self.row(row) {
+                sums.iter_mut().zip(&x[column]).for_each(|(sum, x)| *sum += value * x);
+            }
+            targets.iter_mut().zip(sums).for_each(|(target, sum)| *target += factor * sum);
         }
     }
 

@@ -4,6 +4,8 @@
 //! `dy = a dS + b dN`, and of a formula with a state z by `dy = a dS + c dz + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
+use crate::linalg::parallel::each;
+use crate::linalg::sparse::LANES;
 use crate::motion::friction::balances::BALANCES;
 use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
@@ -28,9 +30,13 @@ struct Slopes {
     by_state: [f64; COEFFICIENTS],
 }
 
-/// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other.
+/// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other, and what of it the laws take.
 struct Series {
     terms: Vec<f64>,
+    slips: Vec<[f64; COEFFICIENTS]>,
+    normals: Vec<[f64; COEFFICIENTS]>,
+    states: Vec<[f64; COEFFICIENTS]>,
+    planes: Vec<PlaneNeighbour>,
 }
 
 impl LawMotion {
@@ -69,8 +75,11 @@ impl LawMotion {
                 })
                 .collect();
             let planes: Vec<PlaneSlopes> = self.planes.iter().map(PlaneSeries::slopes).collect();
-            let of = |dy: &Vec<f64>| self.neighbour(scene, operator, &slopes, &planes, dy);
-            let all: Vec<Series> = neighbours.iter().map(of).collect();
+            let of = |some| self.of_neighbours(scene, operator, (&slopes, &planes), some);
+            let all: Vec<Series> = each(scene.size, neighbours.chunks(LANES).collect(), of)
+                .into_iter()
+                .flatten()
+                .collect();
             let width = self.taylor.width;
             let left_out = |one: &Series| one.left_out(scene.size, width, operator);
             let worst = all.iter().map(left_out).fold(0.0, worse);
@@ -110,119 +119,166 @@ impl LawMotion {
         }
     }
 
-    fn neighbour(
+    /// The series of a few neighbours.
+    fn of_neighbours(
         &self,
         scene: &Scene,
         operator: &LawOperator,
-        slopes: &[Slopes],
-        planes: &[PlaneSlopes],
-        dy: &[f64],
-    ) -> Series {
-        let h = self.taylor.width;
-        let mut slipping: Vec<PlaneNeighbour> =
-            planes.iter().map(|_| PlaneNeighbour::default()).collect();
-        for _ in 1..BALANCES {
-            let series = self.of_neighbour(scene, operator, (slopes, planes), &mut slipping, dy);
-            let all = operator.planes.iter().zip(&self.planes).zip(&mut slipping);
-            let off = all.map(|((one, series), own)| series.improve_neighbour(one, own, h));
+        along: (&[Slopes], &[PlaneSlopes]),
+        neighbours: &[Vec<f64>],
+    ) -> Vec<Series> {
+        let mut all: Vec<Series> = neighbours.iter().map(|_| Series::of(along)).collect();
+        let mut left: Vec<(&[f64], &mut Series)> =
+            neighbours.iter().map(Vec::as_slice).zip(&mut all).collect();
+        for round in 1..=BALANCES {
+            self.extend_neighbours(scene, operator, along, &mut left);
             // Where a balance does not settle, the series shows it by its last terms.
-            if off.fold(0.0, f64::max) <= BALANCED {
-                return series;
+            if round < BALANCES {
+                left.retain_mut(|(_, series)| {
+                    let planes = operator.planes.iter().zip(&self.planes).zip(&mut series.planes);
+                    let width = self.taylor.width;
+                    let off =
+                        planes.map(|((one, slip), own)| slip.improve_neighbour(one, own, width));
+                    off.fold(0.0, f64::max) > BALANCED
+                });
             }
         }
-        self.of_neighbour(scene, operator, (slopes, planes), &mut slipping, dy)
+        all
     }
 
-    /// The series of a neighbour where the balances of slow slips in planes are as they are known.
-    fn of_neighbour(
+    /// The series of neighbours where the balances of slow slips in planes are as they are known.
+    fn extend_neighbours(
         &self,
         scene: &Scene,
         operator: &LawOperator,
-        (slopes, planes): (&[Slopes], &[PlaneSlopes]),
-        slipping: &mut [PlaneNeighbour],
-        dy: &[f64],
-    ) -> Series {
+        along: (&[Slopes], &[PlaneSlopes]),
+        neighbours: &mut [(&[f64], &mut Series)],
+    ) {
         let equation = &operator.taylor.equation;
         let own = equation.scene(scene);
         let (n, h) = (own.size, self.taylor.width);
-        let mut terms = vec![0.0; n * (DEGREE + 2)];
-        for k in equation.moving() {
-            terms[k] = dy[k];
+        for (dy, series) in &mut *neighbours {
+            series.terms = vec![0.0; n * (DEGREE + 2)];
+            let terms = &mut series.terms;
+            for k in equation.moving() {
+                terms[k] = dy[k];
+            }
+            // Velocities that follow from forces are found with their order.
+            for &k in &equation.reduction.kept {
+                terms[n + k] = h * dy[n + k];
+            }
+            for (one, (slip, own)) in
+                operator.planes.iter().zip(self.planes.iter().zip(&series.planes))
+            {
+                let relaxed = slip.relaxed(own, one.coordinates.map(|k| terms[n + k]), h);
+                one.coordinates.iter().zip(relaxed).for_each(|(&k, slip)| terms[n + k] = slip);
+            }
         }
-        // Velocities that follow from forces are found with their order.
-        for &k in &equation.reduction.kept {
-            terms[n + k] = h * dy[n + k];
+        if neighbours.is_empty() {
+            return;
         }
-        for (one, (series, own)) in operator.planes.iter().zip(self.planes.iter().zip(&*slipping)) {
-            let slip = one.coordinates.map(|k| terms[n + k]);
-            let slip = series.relaxed(own, slip, h);
-            one.coordinates.iter().zip(slip).for_each(|(&k, slip)| terms[n + k] = slip);
-        }
-        let count = slopes.len();
-        let mut slips = vec![[0.0; COEFFICIENTS]; count];
-        let mut normals = vec![[0.0; COEFFICIENTS]; count];
-        let mut states = vec![[0.0; COEFFICIENTS]; count];
-        let mut acceleration = vec![0.0; n];
+        let [mut q, mut u, mut residuals] = [(); 3].map(|()| vec![[0.0; LANES]; n]);
+        let mut of_one = [(); 3].map(|()| vec![0.0; n]);
         for k in 0..DEGREE {
             let rate = (k + 1) as f64 / h;
-            let q = &terms[k * n..(k + 1) * n];
-            let u: Vec<f64> = terms[(k + 1) * n..(k + 2) * n].iter().map(|q| rate * q).collect();
-            for (j, one) in operator.contacts.iter().enumerate() {
-                normals[j][k] = one.normal.rate(q, &u);
-                states[j][k] = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, &u));
-                slips[j][k] = match &one.flow {
-                    None => -one.sign * one.slip.rate(q, &u),
-                    Some(flow) => {
-                        let force = flow.friction.rate(q, &u) - one.law.value(0.0) * normals[j][k];
-                        let Slopes { by_slip, by_normal, .. } = &slopes[j];
-                        let of_slip = (1..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-                        let of_normal =
-                            (0..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
-                        (force - of_slip - of_normal) / by_slip[0]
-                    }
-                };
-            }
-            let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
-                let Slopes { by_slip, by_normal, by_state } = &slopes[j];
-                let of_slip = (0..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-                let of_state = (0..=k).map(|i| by_state[i] * states[j][k - i]).sum::<f64>();
-                let of_normal = (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
-                of_slip + of_state + of_normal
-            };
-            let mut forces: Vec<f64> = (0..count).map(|j| lower(j, &normals)).collect();
-            if let Some(response) = &operator.response {
-                let linear: Vec<f64> = normals.iter().map(|normal| normal[k]).collect();
-                let coupled = self.coupling.solve(&response.normal, &linear, &forces);
-                normals.iter_mut().zip(coupled).for_each(|(normal, dn)| normal[k] = dn);
-            }
-            for (j, force) in forces.iter_mut().enumerate() {
-                *force += slopes[j].by_normal[0] * normals[j][k];
-            }
-            let mut residual = own.residual(0.0, q, &u);
-            operator.push(&forces, &mut residual);
-            for (place, one) in operator.planes.iter().enumerate() {
-                let of = |values: &[f64]| one.coordinates.map(|row| values[row]);
-                let given = (one.limit.rate(q, &u), of(&u), of(&residual));
-                let (series, slipping) = (&self.planes[place], &mut slipping[place]);
-                let force = series.carry(one, &planes[place], slipping, k, given, h);
-                one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
-            }
-            equation.accelerate(&mut residual, &mut acceleration);
-            for (one, slip) in operator.contacts.iter().zip(&slips) {
-                if let Some(flow) = &one.flow {
-                    terms[(k + 1) * n + flow.coordinate] = -one.sign * slip[k] / rate;
+            for (lane, (_, series)) in neighbours.iter().enumerate() {
+                let (positions, rates) = series.terms[k * n..(k + 2) * n].split_at(n);
+                for i in 0..n {
+                    (q[i][lane], u[i][lane]) = (positions[i], rate * rates[i]);
                 }
             }
-            let factor = h * h / ((k + 1) * (k + 2)) as f64;
-            for &i in &equation.reduction.kept {
-                terms[(k + 2) * n + i] = factor * acceleration[i];
+            residuals.fill([0.0; LANES]);
+            own.stiffness.add_products(-1.0, &q, &mut residuals);
+            own.damping.add_products(-1.0, &u, &mut residuals);
+            for (lane, (_, series)) in neighbours.iter_mut().enumerate() {
+                let [velocity, residual, acceleration] = &mut of_one;
+                for i in 0..n {
+                    (velocity[i], residual[i]) = (u[i][lane], residuals[i][lane]);
+                }
+                self.push_neighbour(operator, along, series, k, velocity, residual);
+                equation.accelerate(residual, acceleration);
+                series.add_order(operator, k, h, acceleration);
             }
         }
-        Series { terms }
+    }
+
+    /// Adds what the laws add to the residual of a neighbour of order k.
+    fn push_neighbour(
+        &self,
+        operator: &LawOperator,
+        (slopes, planes): (&[Slopes], &[PlaneSlopes]),
+        neighbour: &mut Series,
+        k: usize,
+        u: &[f64],
+        residual: &mut [f64],
+    ) {
+        let Series { terms, slips, normals, states, planes: slipping } = neighbour;
+        let n = u.len();
+        let q = &terms[k * n..(k + 1) * n];
+        for (j, one) in operator.contacts.iter().enumerate() {
+            normals[j][k] = one.normal.rate(q, u);
+            states[j][k] = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, u));
+            slips[j][k] = match &one.flow {
+                None => -one.sign * one.slip.rate(q, u),
+                Some(flow) => {
+                    let force = flow.friction.rate(q, u) - one.law.value(0.0) * normals[j][k];
+                    let Slopes { by_slip, by_normal, .. } = &slopes[j];
+                    let of_slip = (1..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
+                    let of_normal = (0..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
+                    (force - of_slip - of_normal) / by_slip[0]
+                }
+            };
+        }
+        let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
+            let Slopes { by_slip, by_normal, by_state } = &slopes[j];
+            let of_slip = (0..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
+            let of_state = (0..=k).map(|i| by_state[i] * states[j][k - i]).sum::<f64>();
+            let of_normal = (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
+            of_slip + of_state + of_normal
+        };
+        let mut forces: Vec<f64> = (0..slopes.len()).map(|j| lower(j, normals)).collect();
+        if let Some(response) = &operator.response {
+            let linear: Vec<f64> = normals.iter().map(|normal| normal[k]).collect();
+            let coupled = self.coupling.solve(&response.normal, &linear, &forces);
+            normals.iter_mut().zip(coupled).for_each(|(normal, dn)| normal[k] = dn);
+        }
+        for (j, force) in forces.iter_mut().enumerate() {
+            *force += slopes[j].by_normal[0] * normals[j][k];
+        }
+        operator.push(&forces, residual);
+        for (place, one) in operator.planes.iter().enumerate() {
+            let of = |values: &[f64]| one.coordinates.map(|row| values[row]);
+            let given = (one.limit.rate(q, u), of(u), of(residual));
+            let (series, slipping) = (&self.planes[place], &mut slipping[place]);
+            let width = self.taylor.width;
+            let force = series.carry(one, &planes[place], slipping, k, given, width);
+            one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
+        }
     }
 }
 
 impl Series {
+    fn of((slopes, planes): (&[Slopes], &[PlaneSlopes])) -> Self {
+        let [slips, normals, states] = [(); 3].map(|()| vec![[0.0; COEFFICIENTS]; slopes.len()]);
+        let planes = planes.iter().map(|_| PlaneNeighbour::default()).collect();
+        Self { terms: Vec::new(), slips, normals, states, planes }
+    }
+
+    /// Adds the terms of order k + 2, and those of order k + 1 whose rates follow from forces.
+    fn add_order(&mut self, operator: &LawOperator, k: usize, h: f64, acceleration: &[f64]) {
+        let n = acceleration.len();
+        for (one, slip) in operator.contacts.iter().zip(&self.slips) {
+            if let Some(flow) = &one.flow {
+                self.terms[(k + 1) * n + flow.coordinate] =
+                    -one.sign * slip[k] * h / (k + 1) as f64;
+            }
+        }
+        let factor = h * h / ((k + 1) * (k + 2)) as f64;
+        for &i in &operator.taylor.equation.reduction.kept {
+            self.terms[(k + 2) * n + i] = factor * acceleration[i];
+        }
+    }
+
     /// The larger one of the last two terms, relative to the largest.
     fn left_out(&self, n: usize, width: f64, operator: &LawOperator) -> f64 {
         let size = |terms: &[f64]| terms.iter().map(|x| x.abs()).fold(0.0, worse);
