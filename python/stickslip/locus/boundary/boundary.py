@@ -126,10 +126,9 @@ def boundary_of(search: Search) -> StabilityBoundary:
     ends = dict(zip(plane.names, zip(plane.lower, plane.upper, strict=True), strict=True))
     scene = family.scene({**plane.fixed, **plane.values((0.0, 0.0))})
     labels = [str(label) for label in scene.contact_labels()]
-    beside = [others(trace, trace.points) for trace in search.traces]
     steady = np.arange(len(labels))
-    met = zip(search.traces, beside, strict=True)
-    found = [one for trace, along in met for one in meetings(trace, along, steady)]
+    traced = [(trace, others(trace, trace.points)) for trace in search.traces]
+    found = [one for trace, along in traced for one in meetings(trace, along, steady)]
     points = [
         CodimensionTwo(
             kind=one.kind,
@@ -150,7 +149,7 @@ def boundary_of(search: Search) -> StabilityBoundary:
     growth = xr.DataArray(search.growth.T, coords=axes, dims=list(ends), attrs={"units": "1/s"})
     return StabilityBoundary(
         ends,
-        [_curve(*one, labels, search.uncounted) for one in zip(search.traces, beside, strict=True)],
+        [_curve(trace, along, labels, search.uncounted) for trace, along in traced],
         points,
         xr.Dataset({"growth_rate": growth}),
         {name: (upper - lower) / search.cells for name, (lower, upper) in ends.items()},
