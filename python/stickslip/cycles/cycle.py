@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
-#: Combinations that a representation shows.
-SHOWN = 24
+#: Combinations that a representation shows, and their letters, at most; it shows one of any length.
+SHOWN, LETTERS = 24, 240
 #: Harmonics among which the main one is looked for.
 MAIN = 32
 #: Multipliers, and frequencies of the modes of a phase, that a summary shows.
@@ -379,7 +379,8 @@ class Cycle(Shown):
 
     def __repr__(self) -> str:
         names = self.combinations
-        sequence = " ".join(names) if len(names) <= SHOWN else f"{' '.join(names[:SHOWN])} ... ({len(names)})"
+        shown = max(1, min(SHOWN, LETTERS // max(1, max(map(len, names), default=1))))
+        sequence = " ".join(names) if len(names) <= shown else f"{' '.join(names[:shown])} ... ({len(names)})"
         lines = f"period {measured(self.period, TIMES, 9)}, {self.frequency:.6g} Hz, {sequence}"
         known = (
             "" if np.isnan(self.largest_multiplier) else f", largest multiplier {self.largest_multiplier:.4g}"

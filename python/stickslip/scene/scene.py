@@ -317,27 +317,37 @@ class Scene(Shown):
         return _restored, (tuple(self._arguments().values()), self.model)
 
     def __repr__(self) -> str:
-        lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
+        planes = sum(one.beside is not None for one in self.contacts) // 2
+        directions = f", two for each of {planes} plane{'s' * (planes > 1)}" if planes else ""
+        lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts{directions})"]
         lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
         lines.append(f"  damping: {described_damping(self.damping)}")
         lines += [f"  {name}: matrix" for name in self.unsymmetric]
         loads = described_loads(self.loads, self.contacts, self.dofs)
         lines += [f"  load {name}: {text}" for name, text in loads]
         lines += [f"  {name}: {text}" for name, text in described_elements(self.elements, self.dofs)]
-        for label, contact in zip(self.contact_labels()[:_LISTED], self.contacts, strict=False):
+        labels = self.contact_labels()
+        listed = 0
+        for k, contact in enumerate(self.contacts[:_LISTED]):
+            if contact.beside is not None and contact.beside < k:
+                continue  # A plane is listed with its first direction.
+            directions = [k] if contact.beside is None else [k, contact.beside]
+            listed += len(directions)
             law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.coefficient(0.0)):
                 law += f", static {contact.static_friction:g}"
-            law += f", slider speed {contact.slider_speed:g} m/s"
+            speeds = ", ".join(f"{self.contacts[one].slider_speed:g}" for one in directions)
+            law += f", slider speed {speeds} m/s" if len(directions) == 1 else f", slider speed ({speeds}) m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
             law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
             if (pressed := contact.normal_stiffness) is not None:
                 law += f", normal stiffness {pressed:g}" + " N/m" * (not isinstance(pressed, SpringLaw))
-            both = (contact.tangential, contact.normal)
-            place = " / ".join(described_direction(direction, self.dofs) for direction in both)
-            lines.append(f"  contact {label} ({place}): {law}")
-        if (more := len(self.contacts) - _LISTED) > 0:
+            tangential = [described_direction(self.contacts[one].tangential, self.dofs) for one in directions]
+            place = f"{', '.join(tangential)} / {described_direction(contact.normal, self.dofs)}"
+            names = " and ".join(str(labels[one]) for one in directions)
+            lines.append(f"  contact{'s' * (len(directions) > 1)} {names} ({place}): {law}")
+        if (more := len(self.contacts) - listed) > 0:
             lines.append(f"  and {more} more contact{'s' * (more > 1)}: see scene.summary()")
         return "\n".join(lines)
 

@@ -3,9 +3,7 @@
 use nalgebra::{DMatrix, Scalar};
 
 use crate::error::input::Error;
-
-/// Vectors that a product takes side by side.
-pub(crate) const LANES: usize = 8;
+use crate::numerics::simd::{Lanes, Side};
 
 /// A square matrix in compressed rows, column indices ascending within a row.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,14 +209,23 @@ impl SparseMatrix {
         }
     }
 
-    /// `y += factor * self x` of several vectors side by side.
-    pub(crate) fn add_products(&self, factor: f64, x: &[[f64; LANES]], y: &mut [[f64; LANES]]) {
-        for (row, targets) in y.iter_mut().enumerate() {
-            let mut sums = [0.0; LANES];
-            for (column, value) in self.row(row) {
-                sums.iter_mut().zip(&x[column]).for_each(|(sum, x)| *sum += value * x);
+    /// `y += factor * self x` of several columns side by side.
+    #[inline(always)]
+    pub(crate) fn add_products<S: Lanes>(&self, simd: S, factor: f64, x: &[Side], y: &mut [Side]) {
+        for (row, target) in y.iter_mut().enumerate() {
+            // Two sums, so that none waits for itself.
+            let [mut even, mut odd] = [Side::ZERO; 2];
+            let (columns, values) = self.entries_of(row);
+            let (columns, last_column) = columns.as_chunks::<2>();
+            let (values, last_value) = values.as_chunks::<2>();
+            for (&[i, j], &[a, b]) in columns.iter().zip(values) {
+                even = even.add_scaled(simd, a, &x[i]);
+                odd = odd.add_scaled(simd, b, &x[j]);
             }
-            targets.iter_mut().zip(sums).for_each(|(target, sum)| *target += factor * sum);
+            for (&column, &value) in last_column.iter().zip(last_value) {
+                even = even.add_scaled(simd, value, &x[column]);
+            }
+            *target = target.add_scaled(simd, factor, &even).add_scaled(simd, factor, &odd);
         }
     }
 

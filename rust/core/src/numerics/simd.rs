@@ -73,6 +73,50 @@ impl<K: Kernel, S: Lanes> NullaryFnOnce for Call<K, S> {
     }
 }
 
+/// Groups that are worked on side by side, as many as a sum has to wait for itself.
+const SIDE: usize = 4;
+
+/// Columns side by side.
+pub(crate) const COLUMNS: usize = SIDE * GROUP;
+
+/// One number of each of several columns.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side([Group; SIDE]);
+
+impl Side {
+    pub const ZERO: Self = Self([ZEROS; SIDE]);
+
+    pub fn columns(&self) -> &[f64; COLUMNS] {
+        bytemuck::cast_ref(&self.0)
+    }
+
+    pub fn columns_mut(&mut self) -> &mut [f64; COLUMNS] {
+        bytemuck::cast_mut(&mut self.0)
+    }
+
+    /// `self + t a`
+    #[inline(always)]
+    pub fn add_scaled<S: Lanes>(mut self, simd: S, t: f64, a: &Self) -> Self {
+        let t = simd.splat_f64s(t);
+        for (sum, a) in self.0.iter_mut().zip(&a.0) {
+            *sum = simd.mul_add_f64s(t, *a, *sum);
+        }
+        self
+    }
+
+    /// `t self`
+    #[inline(always)]
+    pub fn scaled<S: Lanes>(&self, simd: S, t: f64) -> Self {
+        Self::ZERO.add_scaled(simd, t, self)
+    }
+
+    /// `a x + b y`
+    #[inline(always)]
+    pub fn combined<S: Lanes>(simd: S, [a, b]: [f64; 2], [x, y]: [&Self; 2]) -> Self {
+        x.scaled(simd, a).add_scaled(simd, b, y)
+    }
+}
+
 /// Four complex numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ComplexGroup {

@@ -138,7 +138,7 @@ impl Orbit {
         let flows = flows(propagators, orbit.method, &orbit.steps)?;
         let scales = orbit.scales();
         let pass = orbit.pass(&flows)?;
-        orbit.residual = orbit.mismatch(&pass, scales);
+        orbit.residual = orbit.mismatch(&pass.arrived, scales);
         let shooting = Shooting::new(&orbit, &flows, &pass, scales);
         let sensitivity = orbit.sensitivity(sides)?;
         let load = shooting.load(&shooting.mismatch);

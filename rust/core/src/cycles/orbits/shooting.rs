@@ -34,8 +34,6 @@ const ROUNDING: f64 = 1e-13;
 const STILL: f64 = 1e-6;
 /// Durations of a phase after which a slip in a plane that ends it counts as endless.
 const LATEST: f64 = 4.0;
-/// Phases of a pass between two looks at whether the search is over.
-const PATIENCE: usize = 16;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -181,7 +179,7 @@ impl Orbit {
         for count in 1..=STEPS {
             let pass = orbit.pass_until(&flows, is_over)?;
             let scales = orbit.scales();
-            orbit.residual = orbit.mismatch(&pass, scales);
+            orbit.residual = orbit.mismatch(&pass.arrived, scales);
             let shooting = Shooting::new(&orbit, &flows, &pass, scales);
             let section = shooting.solution()?;
             let change = orbit.moved(&flows, scales, shooting.changes(&section));
@@ -192,8 +190,10 @@ impl Orbit {
                 return Err(OrbitFailure::Vanished);
             }
             if change <= ROUNDING || (last <= NEARLY && change >= 0.5 * last) {
-                let pass = orbit.pass(&flows)?;
-                orbit.residual = orbit.mismatch(&pass, orbit.scales());
+                let ends = orbit.steps.iter().enumerate().map(|(k, _)| orbit.end_of(k, &flows));
+                let arrived = ends.map(|ends| ends.map(|[_, arrived]| arrived));
+                let arrived: Vec<_> = arrived.collect::<Result<_, _>>()?;
+                orbit.residual = orbit.mismatch(&arrived, orbit.scales());
                 return Ok(orbit);
             }
             last = change;
@@ -211,16 +211,11 @@ impl Orbit {
         is_over: &dyn Fn() -> bool,
     ) -> Result<Pass, OrbitFailure> {
         let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
-        let n = self.scene().size;
         for (k, (step, flow)) in self.steps.iter().zip(flows).enumerate() {
-            if k.is_multiple_of(PATIENCE) && is_over() {
+            if is_over() {
                 return Err(OrbitFailure::Stopped);
             }
-            let end = flow.end(&step.state, step.duration);
-            let mut arrived = end.clone();
-            step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
-            let (q, u) = arrived.split_at_mut(n);
-            flows[(k + 1) % flows.len()].basis.complete(q, u);
+            let [end, arrived] = self.end_of(k, flows)?;
             let transition = flow.transition(&step.state, step.duration);
             pass.linearised.push(step.passage.linearised(
                 self.scene(),
@@ -233,10 +228,21 @@ impl Orbit {
         Ok(pass)
     }
 
-    pub(crate) fn mismatch(&self, pass: &Pass, scales: Scales) -> f64 {
+    /// The states in which a phase ends, and in which its event leaves it.
+    fn end_of(&self, place: usize, flows: &[Flow<'_>]) -> Result<[Vec<f64>; 2], OrbitFailure> {
+        let step = &self.steps[place];
+        let end = flows[place].end(&step.state, step.duration);
+        let mut arrived = end.clone();
+        step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
+        let (q, u) = arrived.split_at_mut(self.scene().size);
+        flows[(place + 1) % flows.len()].basis.complete(q, u);
+        Ok([end, arrived])
+    }
+
+    pub(crate) fn mismatch(&self, arrived: &[Vec<f64>], scales: Scales) -> f64 {
         let count = self.steps.len();
         (0..count)
-            .map(|k| scales.distance(&pass.arrived[k], &self.steps[(k + 1) % count].state))
+            .map(|k| scales.distance(&arrived[k], &self.steps[(k + 1) % count].state))
             .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
     }
 

@@ -3,7 +3,7 @@
 
 use crate::motion::friction::motion::{GROWTH, LawMotion, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::STIFF;
+use crate::motion::friction::plane::{PlaneSeries, STIFF};
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::followed_state::FollowedState;
 use crate::motion::friction::state_norm::{StateNorm, StateRow};
@@ -93,10 +93,21 @@ impl LawMotion {
         false
     }
 
-    /// Forms the panel again where a deflection follows on it, and lets none follow in the phase.
-    pub(super) fn follow_none(&mut self, scene: &Scene, operator: &LawOperator) {
-        self.untried_until = f64::INFINITY;
-        if self.has_followed_state() {
+    /// Forms the panel again for neighbours of the motion, which have not come to the balances that it has come to: a direction
+    /// follows after that, and no deflection does in the phase.
+    pub(super) fn follow_later(&mut self, scene: &Scene, operator: &LawOperator) {
+        let start = self.taylor.start();
+        let follows = self.has_followed_state() || self.planes.iter().any(PlaneSeries::follows);
+        for (one, series) in operator.planes.iter().zip(&mut self.planes) {
+            if !series.begins() {
+                let relaxed = start + STIFF / series.relaxation(one);
+                series.relaxed_at = series.relaxed_at.max(relaxed);
+            }
+        }
+        if operator.states.is_some() {
+            self.untried_until = f64::INFINITY;
+        }
+        if follows {
             self.begin_at_deflections(operator);
             self.let_follow(operator, 0.0);
             self.followed = f64::INFINITY;

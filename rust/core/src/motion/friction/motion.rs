@@ -518,6 +518,10 @@ impl LawMotion {
         self.taylor.step(&operator.taylor);
         self.ended = self.ended.or(self.ends.take());
         self.stopped = self.stopping.take();
+        if operator.states.is_none() && self.planes.iter().any(PlaneSeries::begins) {
+            // A slip that has begun is among those that may follow.
+            self.untried_until = self.start();
+        }
         self.planes.iter_mut().for_each(PlaneSeries::go_on);
         if let Some((place, piece)) = self.next.take() {
             self.contacts[place].series.piece = piece;

@@ -4,14 +4,17 @@
 //! `dy = a dS + b dN`, and of a formula with a state z by `dy = a dS + c dz + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
+use crate::contact::functional::Functional;
 use crate::linalg::parallel::each;
-use crate::linalg::sparse::LANES;
 use crate::motion::friction::balances::BALANCES;
 use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::{NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes};
+use crate::motion::friction::plane::{
+    NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes, convolved_with,
+};
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{COLUMNS, Kernel, Lanes, Side};
 use crate::scene::friction::decay::product;
 use crate::scene::model::Scene;
 
@@ -30,12 +33,12 @@ struct Slopes {
     by_state: [f64; COEFFICIENTS],
 }
 
-/// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other, and what of it the laws take.
+/// The series of a few neighbours: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other, and what of it the laws take.
 struct Series {
-    terms: Vec<f64>,
-    slips: Vec<[f64; COEFFICIENTS]>,
-    normals: Vec<[f64; COEFFICIENTS]>,
-    states: Vec<[f64; COEFFICIENTS]>,
+    terms: Vec<Side>,
+    slips: Vec<[Side; COEFFICIENTS]>,
+    normals: Vec<[Side; COEFFICIENTS]>,
+    states: Vec<[Side; COEFFICIENTS]>,
     planes: Vec<PlaneNeighbour>,
 }
 
@@ -50,8 +53,7 @@ impl LawMotion {
     ) {
         let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
         self.constant = NO_TIME;
-        // A neighbour has deflections that have not relaxed.
-        self.follow_none(scene, operator);
+        self.follow_later(scene, operator);
         loop {
             let slopes: Vec<Slopes> = operator
                 .contacts
@@ -76,13 +78,12 @@ impl LawMotion {
                 .collect();
             let planes: Vec<PlaneSlopes> = self.planes.iter().map(PlaneSeries::slopes).collect();
             let of = |some| self.of_neighbours(scene, operator, (&slopes, &planes), some);
-            let all: Vec<Series> = each(scene.size, neighbours.chunks(LANES).collect(), of)
-                .into_iter()
-                .flatten()
-                .collect();
+            let all: Vec<Series> = each(scene.size, neighbours.chunks(COLUMNS).collect(), of);
+            let all = (0..neighbours.len()).map(|i| (&all[i / COLUMNS], i % COLUMNS));
             let width = self.taylor.width;
-            let left_out = |one: &Series| one.left_out(scene.size, width, operator);
-            let worst = all.iter().map(left_out).fold(0.0, worse);
+            let left_out =
+                |(of, column): (&Series, _)| of.left_out(column, scene.size, width, operator);
+            let worst = all.clone().map(left_out).fold(0.0, worse);
             stalled = if self.end() > before { 0 } else { stalled + 1 };
             if !worst.is_finite() || self.end().is_nan() || stalled > STALLED {
                 // Beyond the range of numbers.
@@ -100,8 +101,8 @@ impl LawMotion {
             let last = !(end < duration) && !ends;
             before = end;
             let offset = if last { duration - start } else { factor * width };
-            for (dy, series) in neighbours.iter_mut().zip(&all) {
-                series.at(offset / width, width, dy);
+            for (dy, (series, column)) in neighbours.iter_mut().zip(all) {
+                series.at(column, offset / width, width, dy);
             }
             if last {
                 return;
@@ -126,162 +127,189 @@ impl LawMotion {
         operator: &LawOperator,
         along: (&[Slopes], &[PlaneSlopes]),
         neighbours: &[Vec<f64>],
-    ) -> Vec<Series> {
-        let mut all: Vec<Series> = neighbours.iter().map(|_| Series::of(along)).collect();
-        let mut left: Vec<(&[f64], &mut Series)> =
-            neighbours.iter().map(Vec::as_slice).zip(&mut all).collect();
-        for round in 1..=BALANCES {
-            self.extend_neighbours(scene, operator, along, &mut left);
+    ) -> Series {
+        let mut series = Series::of(along, scene.size);
+        for _ in 0..BALANCES {
+            let (motion, series) = (self, &mut series);
+            let off = self.unit.run(Extend { motion, scene, operator, along, neighbours, series });
             // Where a balance does not settle, the series shows it by its last terms.
-            if round < BALANCES {
-                left.retain_mut(|(_, series)| {
-                    let planes = operator.planes.iter().zip(&self.planes).zip(&mut series.planes);
-                    let width = self.taylor.width;
-                    let off =
-                        planes.map(|((one, slip), own)| slip.improve_neighbour(one, own, width));
-                    off.fold(0.0, f64::max) > BALANCED
-                });
+            if !(off > BALANCED) {
+                break;
             }
         }
-        all
+        series
     }
+}
 
-    /// The series of neighbours where the balances of slow slips in planes are as they are known.
-    fn extend_neighbours(
-        &self,
-        scene: &Scene,
-        operator: &LawOperator,
-        along: (&[Slopes], &[PlaneSlopes]),
-        neighbours: &mut [(&[f64], &mut Series)],
-    ) {
+/// Forms the series of neighbours where the balances of slow slips in planes are as they are known, and improves these; how much
+/// they were off.
+struct Extend<'a> {
+    motion: &'a LawMotion,
+    scene: &'a Scene,
+    operator: &'a LawOperator,
+    along: (&'a [Slopes], &'a [PlaneSlopes]),
+    neighbours: &'a [Vec<f64>],
+    series: &'a mut Series,
+}
+
+impl Kernel for Extend<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> f64 {
+        let Self { motion, scene, operator, along, neighbours, series } = self;
         let equation = &operator.taylor.equation;
         let own = equation.scene(scene);
-        let (n, h) = (own.size, self.taylor.width);
-        for (dy, series) in &mut *neighbours {
-            series.terms = vec![0.0; n * (DEGREE + 2)];
-            let terms = &mut series.terms;
+        let (n, h) = (own.size, motion.taylor.width);
+        series.terms.fill(Side::ZERO);
+        for (column, dy) in neighbours.iter().enumerate() {
             for k in equation.moving() {
-                terms[k] = dy[k];
+                series.terms[k].columns_mut()[column] = dy[k];
             }
             // Velocities that follow from forces are found with their order.
             for &k in &equation.reduction.kept {
-                terms[n + k] = h * dy[n + k];
-            }
-            for (one, (slip, own)) in
-                operator.planes.iter().zip(self.planes.iter().zip(&series.planes))
-            {
-                let relaxed = slip.relaxed(own, one.coordinates.map(|k| terms[n + k]), h);
-                one.coordinates.iter().zip(relaxed).for_each(|(&k, slip)| terms[n + k] = slip);
+                series.terms[n + k].columns_mut()[column] = h * dy[n + k];
             }
         }
-        if neighbours.is_empty() {
-            return;
+        for (place, one) in operator.planes.iter().enumerate() {
+            let slip = one.coordinates.map(|k| series.terms[n + k]);
+            let relaxed = motion.planes[place].relaxed(simd, &series.planes[place], slip, h);
+            one.coordinates.iter().zip(relaxed).for_each(|(&k, slip)| series.terms[n + k] = slip);
         }
-        let [mut q, mut u, mut residuals] = [(); 3].map(|()| vec![[0.0; LANES]; n]);
-        let mut of_one = [(); 3].map(|()| vec![0.0; n]);
+        let [mut velocities, mut residuals] = [(); 2].map(|()| vec![Side::ZERO; n]);
+        let [mut residual, mut acceleration] = [(); 2].map(|()| vec![0.0; n]);
         for k in 0..DEGREE {
             let rate = (k + 1) as f64 / h;
-            for (lane, (_, series)) in neighbours.iter().enumerate() {
-                let (positions, rates) = series.terms[k * n..(k + 2) * n].split_at(n);
-                for i in 0..n {
-                    (q[i][lane], u[i][lane]) = (positions[i], rate * rates[i]);
+            let (positions, rates) = series.terms[k * n..(k + 2) * n].split_at(n);
+            for (velocity, term) in velocities.iter_mut().zip(rates) {
+                *velocity = term.scaled(simd, rate);
+            }
+            residuals.fill(Side::ZERO);
+            own.stiffness.add_products(simd, -1.0, positions, &mut residuals);
+            own.damping.add_products(simd, -1.0, &velocities, &mut residuals);
+            motion.push_neighbour(simd, operator, along, series, k, &velocities, &mut residuals);
+            for column in 0..neighbours.len() {
+                for (value, of_all) in residual.iter_mut().zip(&residuals) {
+                    *value = of_all.columns()[column];
+                }
+                equation.accelerate(&mut residual, &mut acceleration);
+                for &i in &equation.reduction.kept {
+                    let term = &mut series.terms[(k + 2) * n + i].columns_mut()[column];
+                    *term = h * h / ((k + 1) * (k + 2)) as f64 * acceleration[i];
                 }
             }
-            residuals.fill([0.0; LANES]);
-            own.stiffness.add_products(-1.0, &q, &mut residuals);
-            own.damping.add_products(-1.0, &u, &mut residuals);
-            for (lane, (_, series)) in neighbours.iter_mut().enumerate() {
-                let [velocity, residual, acceleration] = &mut of_one;
-                for i in 0..n {
-                    (velocity[i], residual[i]) = (u[i][lane], residuals[i][lane]);
+            for (one, slip) in operator.contacts.iter().zip(&series.slips) {
+                if let Some(flow) = &one.flow {
+                    series.terms[(k + 1) * n + flow.coordinate] =
+                        slip[k].scaled(simd, -one.sign / rate);
                 }
-                self.push_neighbour(operator, along, series, k, velocity, residual);
-                equation.accelerate(residual, acceleration);
-                series.add_order(operator, k, h, acceleration);
             }
         }
+        let mut off = 0.0f64;
+        for (place, one) in operator.planes.iter().enumerate() {
+            let (slip, own) = (&motion.planes[place], &mut series.planes[place]);
+            off = off.max(slip.improve_neighbour(simd, one, own, h));
+        }
+        off
     }
+}
 
-    /// Adds what the laws add to the residual of a neighbour of order k.
-    fn push_neighbour(
+/// The change of a functional along directions (dq, dq').
+#[inline(always)]
+fn rate<S: Lanes>(simd: S, of: &Functional, q: &[Side], u: &[Side]) -> Side {
+    let mut sum = Side::ZERO;
+    for &(k, weight) in &of.position {
+        sum = sum.add_scaled(simd, weight, &q[k]);
+    }
+    for &(k, weight) in &of.velocity {
+        sum = sum.add_scaled(simd, weight, &u[k]);
+    }
+    sum
+}
+
+impl LawMotion {
+    /// Adds what the laws add to the residuals of neighbours of order k.
+    #[inline(always)]
+    fn push_neighbour<S: Lanes>(
         &self,
+        simd: S,
         operator: &LawOperator,
         (slopes, planes): (&[Slopes], &[PlaneSlopes]),
-        neighbour: &mut Series,
+        neighbours: &mut Series,
         k: usize,
-        u: &[f64],
-        residual: &mut [f64],
+        u: &[Side],
+        residuals: &mut [Side],
     ) {
-        let Series { terms, slips, normals, states, planes: slipping } = neighbour;
+        let Series { terms, slips, normals, states, planes: slipping } = neighbours;
         let n = u.len();
         let q = &terms[k * n..(k + 1) * n];
+        let mut forces = Vec::with_capacity(slopes.len());
         for (j, one) in operator.contacts.iter().enumerate() {
-            normals[j][k] = one.normal.rate(q, u);
-            states[j][k] = one.state.as_ref().map_or(0.0, |state| state.value.rate(q, u));
-            slips[j][k] = match &one.flow {
-                None => -one.sign * one.slip.rate(q, u),
-                Some(flow) => {
-                    let force = flow.friction.rate(q, u) - one.law.value(0.0) * normals[j][k];
-                    let Slopes { by_slip, by_normal, .. } = &slopes[j];
-                    let of_slip = (1..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-                    let of_normal = (0..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
-                    (force - of_slip - of_normal) / by_slip[0]
-                }
-            };
-        }
-        let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
             let Slopes { by_slip, by_normal, by_state } = &slopes[j];
-            let of_slip = (0..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
-            let of_state = (0..=k).map(|i| by_state[i] * states[j][k - i]).sum::<f64>();
-            let of_normal = (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
-            of_slip + of_state + of_normal
-        };
-        let mut forces: Vec<f64> = (0..slopes.len()).map(|j| lower(j, normals)).collect();
+            let (slips, normals, states) = (&mut slips[j], &mut normals[j], &mut states[j]);
+            normals[k] = rate(simd, &one.normal, q, u);
+            if let Some(state) = &one.state {
+                states[k] = rate(simd, &state.value, q, u);
+            }
+            slips[k] = match &one.flow {
+                None => rate(simd, &one.slip, q, u).scaled(simd, -one.sign),
+                Some(flow) => rate(simd, &flow.friction, q, u)
+                    .add_scaled(simd, -one.law.value(0.0), &normals[k])
+                    .add_scaled(simd, -1.0, &convolved_with(simd, by_slip, &slips[..k], k))
+                    .add_scaled(simd, -1.0, &convolved_with(simd, by_normal, &normals[..=k], k))
+                    .scaled(simd, 1.0 / by_slip[0]),
+            };
+            let of_lower = convolved_with(simd, by_slip, &slips[..=k], k)
+                .add_scaled(simd, 1.0, &convolved_with(simd, by_state, &states[..=k], k))
+                .add_scaled(simd, 1.0, &convolved_with(simd, by_normal, &normals[..k], k));
+            forces.push(of_lower);
+        }
         if let Some(response) = &operator.response {
-            let linear: Vec<f64> = normals.iter().map(|normal| normal[k]).collect();
-            let coupled = self.coupling.solve(&response.normal, &linear, &forces);
-            normals.iter_mut().zip(coupled).for_each(|(normal, dn)| normal[k] = dn);
+            for column in 0..COLUMNS {
+                let linear: Vec<f64> = normals.iter().map(|of| of[k].columns()[column]).collect();
+                let lower: Vec<f64> = forces.iter().map(|of| of.columns()[column]).collect();
+                let coupled = self.coupling.solve(&response.normal, &linear, &lower);
+                for (normal, dn) in normals.iter_mut().zip(coupled) {
+                    normal[k].columns_mut()[column] = dn;
+                }
+            }
         }
-        for (j, force) in forces.iter_mut().enumerate() {
-            *force += slopes[j].by_normal[0] * normals[j][k];
+        for (j, one) in operator.contacts.iter().enumerate() {
+            let force = forces[j].add_scaled(simd, slopes[j].by_normal[0], &normals[j][k]);
+            for &(row, weight) in &one.direction {
+                residuals[row] = residuals[row].add_scaled(simd, one.sign * weight, &force);
+            }
         }
-        operator.push(&forces, residual);
         for (place, one) in operator.planes.iter().enumerate() {
-            let of = |values: &[f64]| one.coordinates.map(|row| values[row]);
-            let given = (one.limit.rate(q, u), of(u), of(residual));
+            let limit = rate(simd, &one.limit, q, u);
+            let [slip, reaction] = [u, &*residuals].map(|of| one.coordinates.map(|row| of[row]));
             let (series, slipping) = (&self.planes[place], &mut slipping[place]);
+            let given = (limit, slip, reaction);
             let width = self.taylor.width;
-            let force = series.carry(one, &planes[place], slipping, k, given, width);
-            one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
+            let force = series.carry(simd, one, &planes[place], slipping, k, given, width);
+            for (&row, part) in one.coordinates.iter().zip(&force) {
+                residuals[row] = residuals[row].add_scaled(simd, 1.0, part);
+            }
         }
     }
 }
 
 impl Series {
-    fn of((slopes, planes): (&[Slopes], &[PlaneSlopes])) -> Self {
-        let [slips, normals, states] = [(); 3].map(|()| vec![[0.0; COEFFICIENTS]; slopes.len()]);
-        let planes = planes.iter().map(|_| PlaneNeighbour::default()).collect();
-        Self { terms: Vec::new(), slips, normals, states, planes }
-    }
-
-    /// Adds the terms of order k + 2, and those of order k + 1 whose rates follow from forces.
-    fn add_order(&mut self, operator: &LawOperator, k: usize, h: f64, acceleration: &[f64]) {
-        let n = acceleration.len();
-        for (one, slip) in operator.contacts.iter().zip(&self.slips) {
-            if let Some(flow) = &one.flow {
-                self.terms[(k + 1) * n + flow.coordinate] =
-                    -one.sign * slip[k] * h / (k + 1) as f64;
-            }
-        }
-        let factor = h * h / ((k + 1) * (k + 2)) as f64;
-        for &i in &operator.taylor.equation.reduction.kept {
-            self.terms[(k + 2) * n + i] = factor * acceleration[i];
+    fn of((slopes, planes): (&[Slopes], &[PlaneSlopes]), n: usize) -> Self {
+        let none = || vec![[Side::ZERO; COEFFICIENTS]; slopes.len()];
+        Self {
+            terms: vec![Side::ZERO; n * (DEGREE + 2)],
+            slips: none(),
+            normals: none(),
+            states: none(),
+            planes: planes.iter().map(|_| PlaneNeighbour::default()).collect(),
         }
     }
 
-    /// The larger one of the last two terms, relative to the largest.
-    fn left_out(&self, n: usize, width: f64, operator: &LawOperator) -> f64 {
-        let size = |terms: &[f64]| terms.iter().map(|x| x.abs()).fold(0.0, worse);
+    /// The larger one of the last two terms, relative to the largest, of a neighbour.
+    fn left_out(&self, column: usize, n: usize, width: f64, operator: &LawOperator) -> f64 {
+        let size =
+            |terms: &[Side]| terms.iter().map(|x| x.columns()[column].abs()).fold(0.0, worse);
         let of = |k: usize| {
             let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
             worse(operator.taylor.omega() * size(q), (k + 1) as f64 / width * size(dq))
@@ -290,15 +318,15 @@ impl Series {
         if largest == 0.0 { 0.0 } else { worse(of(DEGREE - 1), of(DEGREE)) / largest }
     }
 
-    /// Writes (dq, dq') at s of the panel.
-    fn at(&self, s: f64, width: f64, dy: &mut [f64]) {
+    /// Writes (dq, dq') of a neighbour at s of the panel.
+    fn at(&self, column: usize, s: f64, width: f64, dy: &mut [f64]) {
         let n = dy.len() / 2;
         dy.fill(0.0);
         let (q, u) = dy.split_at_mut(n);
         for terms in self.terms.chunks_exact(n).rev() {
             for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
                 *u = *u * s + *q;
-                *q = *q * s + term;
+                *q = *q * s + term.columns()[column];
             }
         }
         u.iter_mut().for_each(|u| *u /= width);

@@ -29,7 +29,7 @@ use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
 use crate::motion::friction::series::convolutions::Convolutions;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::numerics::simd::{GROUP, Lanes};
+use crate::numerics::simd::{COLUMNS, GROUP, Lanes, Side};
 use crate::scene::friction::decay::product;
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
@@ -186,6 +186,21 @@ fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64
     }
     let of = |(i, a): (usize, &f64)| a.abs() * tails[first.saturating_sub(i).min(COEFFICIENTS)];
     a.iter().enumerate().map(of).sum()
+}
+
+/// `sum_i a_{k-i} x_i`, over all of x.
+#[inline(always)]
+pub(super) fn convolved_with<S: Lanes>(
+    simd: S,
+    a: &[f64; COEFFICIENTS],
+    x: &[Side],
+    k: usize,
+) -> Side {
+    let mut sum = Side::ZERO;
+    for (x, a) in x.iter().zip(a[..=k].iter().rev()) {
+        sum = sum.add_scaled(simd, *a, x);
+    }
+    sum
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -771,16 +786,16 @@ impl Planes<'_> {
     }
 }
 
-/// How the friction in a plane changes along an infinitesimal neighbour of a motion, order by order. With
+/// How the friction in a plane changes along infinitesimal neighbours of a motion, order by order. With
 /// `dt = (db - t da) / (s^p a)`, `de = c^3 (-t, 1) dt`, and `dT = -mu dN e - mu N de`.
 #[derive(Debug)]
 pub(super) struct PlaneNeighbour {
     /// `mu dN`
-    limit: [f64; COEFFICIENTS],
-    slip: [[f64; COEFFICIENTS]; 2],
-    ratio: [f64; COEFFICIENTS],
+    limit: [Side; COEFFICIENTS],
+    slip: [[Side; COEFFICIENTS]; 2],
+    ratio: [Side; COEFFICIENTS],
     /// The change of the force that accelerates slip across e_0, where the direction follows from the balance.
-    pull: [f64; COEFFICIENTS],
+    pull: [Side; COEFFICIENTS],
 }
 
 /// What all neighbours of a panel need of its series: `mu N c^3` and `mu N t c^3`.
@@ -819,94 +834,137 @@ impl PlaneSeries {
     }
 
     /// The change of the friction force of order k, from those of `mu N`, of w of that order and of the forces R.
-    pub(super) fn carry(
+    #[inline(always)]
+    pub(super) fn carry<S: Lanes>(
         &self,
+        simd: S,
         one: &PlaneContact,
         slopes: &PlaneSlopes,
         neighbour: &mut PlaneNeighbour,
         k: usize,
-        (limit, slip, reaction): (f64, [f64; 2], [f64; 2]),
+        (limit, slip, reaction): (Side, [Side; 2], [Side; 2]),
         width: f64,
-    ) -> [f64; 2] {
+    ) -> [Side; 2] {
         let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;
         let [a, _] = &self.slip;
+        let [x, y] = self.direction;
         pressed[k] = limit;
-        let pressed = [&self.along, &self.across].map(|of| convolved(pressed, of, k, [0, 0]));
-        let [along, across] = PlaneContact::turned(self.direction, slip);
-        (own[0][k], own[1][k]) = (along, across);
+        let pressed_along = convolved_with(simd, &self.along, &pressed[..=k], k);
+        let pressed_across = convolved_with(simd, &self.across, &pressed[..=k], k);
+        own[0][k] = Side::combined(simd, [x, y], [&slip[0], &slip[1]]);
+        own[1][k] = Side::combined(simd, [-y, x], [&slip[0], &slip[1]]);
         let power = match self.course {
-            Course::Ends(_) => return [0.0; 2],
+            Course::Ends(_) => return [Side::ZERO; 2],
             Course::Slips | Course::Follows => 0,
             Course::Begins(power) => power,
         };
         let follows = self.course == Course::Follows;
-        // What the next order of dw across has of lower orders of that along, and dt of its own.
-        let turning = |own: &[[f64; COEFFICIENTS]; 2]| -> f64 {
-            (1..=k + 1).filter(|&i| i <= DEGREE).map(|i| self.ratio[i] * own[0][k + 1 - i]).sum()
-        };
-        let lower = |ratio: &[f64; COEFFICIENTS], j: usize, shift: usize| -> f64 {
-            (0..j).map(|i| ratio[i] * a.get(j - i + shift).copied().unwrap_or(0.0)).sum()
-        };
-        let of = |series: &[f64; COEFFICIENTS], i: usize| series.get(i).copied().unwrap_or(0.0);
-        let along_known: f64 = (0..k).map(|i| slopes.turned[k - i] * ratio[i]).sum();
-        let across_known: f64 = (0..k).map(|i| slopes.cube[k - i] * ratio[i]).sum();
+        let along_known = convolved_with(simd, &slopes.turned, &ratio[..k], k);
+        let across_known = convolved_with(simd, &slopes.cube, &ratio[..k], k);
         let [of_along, of_across, of_both] = one.masses(self.direction);
         let rate = (k + 1) as f64 / width;
-        let [force_along, force_across] = PlaneContact::turned(self.direction, reaction);
-        let (limit, force_across) = (self.limit[0], force_across - pressed[1]);
-        let forward = force_along - pressed[0] + along_known;
-        match power {
-            0 if follows => {
-                // As in the balance of the motion, two terms come from the series before.
-                let by_along = (1..=k + 1).map(|i| of(&self.ratio, i) * of(&own[0], k + 1 - i));
-                let by_turning = (0..k).map(|i| ratio[i] * of(a, k + 1 - i));
-                let turned = by_along.sum::<f64>() + by_turning.sum::<f64>();
-                let known = force_across - pull[k] - across_known - rate * of_across * turned;
-                ratio[k] = known / (slopes.cube[0] + rate * of_across * a[1]);
-            }
-            0 => {
-                let turned = convolved(&self.ratio, &own[0], k, [0, 0]);
-                ratio[k] = (own[1][k] - turned - lower(ratio, k, 0)) / a[0];
-            }
-            1 => {
-                let first = a[1];
-                let known = turning(own) + lower(ratio, k, 1);
-                let stiff = rate * of_across + limit / first;
-                let right = force_across - across_known + limit * known / first;
-                let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
-                let next = (rate * of_along * right - rate * of_both * forward) / determinant;
-                ratio[k] = (next - known) / first;
-            }
-            _ => {
-                let moved = match k {
-                    0 => 0.0,
-                    _ => lower(ratio, k - 1, 2) + ratio[k - 1] * a[2],
-                };
-                let next = turning(own) + moved;
-                let faster = (forward / rate - of_both * next) / of_along;
-                let balance = force_across - rate * (of_across * next + of_both * faster);
-                ratio[k] = (balance - across_known) / limit;
-            }
-        }
-        let along = along_known + slopes.turned[0] * ratio[k] - pressed[0];
-        let across = -across_known - slopes.cube[0] * ratio[k] - pressed[1];
-        PlaneContact::turned_back(self.direction, [along, across])
+        let limit = self.limit[0];
+        let force_along = Side::combined(simd, [x, y], [&reaction[0], &reaction[1]]);
+        let force_across = Side::combined(simd, [-y, x], [&reaction[0], &reaction[1]]).add_scaled(
+            simd,
+            -1.0,
+            &pressed_across,
+        );
+        let forward =
+            force_along.add_scaled(simd, -1.0, &pressed_along).add_scaled(simd, 1.0, &along_known);
+        ratio[k] =
+            match power {
+                0 if follows => {
+                    // As in the balance of the motion, two terms come from the series before.
+                    let turned = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1)
+                        .add_scaled(simd, 1.0, &convolved_with(simd, a, &ratio[..k], k + 1));
+                    force_across
+                        .add_scaled(simd, -1.0, &pull[k])
+                        .add_scaled(simd, -1.0, &across_known)
+                        .add_scaled(simd, -rate * of_across, &turned)
+                        .scaled(simd, 1.0 / (slopes.cube[0] + rate * of_across * a[1]))
+                }
+                0 => own[1][k]
+                    .add_scaled(simd, -1.0, &convolved_with(simd, &self.ratio, &own[0][..=k], k))
+                    .add_scaled(simd, -1.0, &convolved_with(simd, a, &ratio[..k], k))
+                    .scaled(simd, 1.0 / a[0]),
+                1 => {
+                    let first = a[1];
+                    let known = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1).add_scaled(
+                        simd,
+                        1.0,
+                        &convolved_with(simd, a, &ratio[..k], k + 1),
+                    );
+                    let stiff = rate * of_across + limit / first;
+                    let right = force_across.add_scaled(simd, -1.0, &across_known).add_scaled(
+                        simd,
+                        limit / first,
+                        &known,
+                    );
+                    let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
+                    let by = [rate * of_along / determinant, -rate * of_both / determinant];
+                    Side::combined(simd, by, [&right, &forward])
+                        .add_scaled(simd, -1.0, &known)
+                        .scaled(simd, 1.0 / first)
+                }
+                _ => {
+                    let next = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1).add_scaled(
+                        simd,
+                        1.0,
+                        &convolved_with(simd, a, &ratio[..k], k + 1),
+                    );
+                    let by = [1.0 / (rate * of_along), -of_both / of_along];
+                    let faster = Side::combined(simd, by, [&forward, &next]);
+                    force_across
+                        .add_scaled(simd, -rate * of_across, &next)
+                        .add_scaled(simd, -rate * of_both, &faster)
+                        .add_scaled(simd, -1.0, &across_known)
+                        .scaled(simd, 1.0 / limit)
+                }
+            };
+        let along = along_known.add_scaled(simd, slopes.turned[0], &ratio[k]).add_scaled(
+            simd,
+            -1.0,
+            &pressed_along,
+        );
+        let across = Side::ZERO
+            .add_scaled(simd, -1.0, &across_known)
+            .add_scaled(simd, -slopes.cube[0], &ratio[k])
+            .add_scaled(simd, -1.0, &pressed_across);
+        [
+            Side::combined(simd, [x, -y], [&along, &across]),
+            Side::combined(simd, [y, x], [&along, &across]),
+        ]
     }
 
     /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
-    pub(super) fn relaxed(&self, own: &PlaneNeighbour, slip: [f64; 2], width: f64) -> [f64; 2] {
+    #[inline(always)]
+    pub(super) fn relaxed<S: Lanes>(
+        &self,
+        simd: S,
+        own: &PlaneNeighbour,
+        slip: [Side; 2],
+        width: f64,
+    ) -> [Side; 2] {
         if !self.follows() {
             return slip;
         }
-        let [along, _] = PlaneContact::turned(self.direction, slip);
-        let across = self.ratio[0] * along + width * self.slip[0][0] * own.ratio[0];
-        PlaneContact::turned_back(self.direction, [along, across])
+        let [x, y] = self.direction;
+        let along = Side::combined(simd, [x, y], [&slip[0], &slip[1]]);
+        let by = [self.ratio[0], width * self.slip[0][0]];
+        let across = Side::combined(simd, by, [&along, &own.ratio[0]]);
+        [
+            Side::combined(simd, [x, -y], [&along, &across]),
+            Side::combined(simd, [y, x], [&along, &across]),
+        ]
     }
 
     /// Takes the change of the force across e_0 from `dw = da (1, t) + a (0, dt)`, where the direction follows; how much it was off,
-    /// relative to its size.
-    pub(super) fn improve_neighbour(
+    /// relative to its size, at most.
+    #[inline(always)]
+    pub(super) fn improve_neighbour<S: Lanes>(
         &self,
+        simd: S,
         one: &PlaneContact,
         neighbour: &mut PlaneNeighbour,
         width: f64,
@@ -915,20 +973,28 @@ impl PlaneSeries {
             return 0.0;
         }
         let PlaneNeighbour { slip, ratio, pull, .. } = neighbour;
-        let (mut change, mut size) = (0.0, 0.0);
+        let [_, of_across, of_both] = one.masses(self.direction);
+        let mut sizes = [(0.0, 0.0); COLUMNS];
         for k in 0..DEGREE {
-            let force = self.taken_from_before(one, k, [&slip[0], &*ratio], width);
-            change += (force - pull[k]).abs();
-            size += self.limit[0] * ratio[k].abs() + force.abs();
+            let rate = (k + 1) as f64 / width;
+            let by = [of_across * self.ratio[0] + of_both, of_across * self.slip[0][0]];
+            let of_next = [&slip[0][k + 1], &ratio[k + 1]];
+            let force = Side::combined(simd, by.map(|factor| rate * factor), of_next);
+            let columns = force.columns().iter().zip(pull[k].columns()).zip(ratio[k].columns());
+            for ((change, size), ((force, pull), ratio)) in sizes.iter_mut().zip(columns) {
+                *change += (force - pull).abs();
+                *size += self.limit[0] * ratio.abs() + force.abs();
+            }
             pull[k] = force;
         }
-        if size > 0.0 { change / size } else { 0.0 }
+        let off = |&(change, size): &(f64, f64)| if size > 0.0 { change / size } else { 0.0 };
+        sizes.iter().map(off).fold(0.0, f64::max)
     }
 }
 
 impl Default for PlaneNeighbour {
     fn default() -> Self {
-        let none = [0.0; COEFFICIENTS];
+        let none = [Side::ZERO; COEFFICIENTS];
         Self { limit: none, slip: [none; 2], ratio: none, pull: none }
     }
 }

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::plane::PlaneSeries;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
@@ -27,6 +28,10 @@ const BEGUN: [f64; 2] = [0.02, 0.3];
 const GROWS: f64 = 1.1;
 /// Normal force below which a phase counts as over, N.
 const LIFTS: f64 = 0.05;
+/// Times that a direction relaxes over a motion up to which its neighbours are carried by series in time too, and how far these may
+/// be from those that follow, relative to the largest.
+const STIFFEST: f64 = 1e4;
+const ALIKE: f64 = 1e-11;
 /// Units of rounding of a polynomial and of a sum of a few terms.
 const ROUNDING: f64 = 16.0;
 
@@ -160,15 +165,18 @@ fn input(bodies: usize, numbers: &[f64], [general, equal, pressed]: [bool; 3]) -
 static MET: AtomicUsize = AtomicUsize::new(0);
 static BEGINNING: AtomicUsize = AtomicUsize::new(0);
 static SLOW: AtomicUsize = AtomicUsize::new(0);
+static FOLLOWING: AtomicUsize = AtomicUsize::new(0);
 
 /// `make fuzz-panels N=4000` draws more than 10 000 of them.
 #[test]
 fn bounds_in_planes_are_never_below_true_errors() {
     panels_in_planes();
-    let [panels, beginning, slow] =
-        [&MET, &BEGINNING, &SLOW].map(|count| count.load(Ordering::Relaxed));
-    println!("{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s");
-    assert!(panels > 10 * beginning.min(slow) && beginning.min(slow) > 0);
+    let [panels, beginning, slow, following] =
+        [&MET, &BEGINNING, &SLOW, &FOLLOWING].map(|count| count.load(Ordering::Relaxed));
+    println!(
+        "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow"
+    );
+    assert!(panels > 10 * beginning.min(slow) && beginning.min(slow).min(following) > 0);
 }
 
 proptest! {
@@ -276,5 +284,35 @@ proptest! {
             }
             motion.advance(&scene, operator);
         }
+        // Neighbours whose directions follow from balances move as those that are carried by series in time alone.
+        let lasts = motion.start();
+        let (q, u) = scene.moving_coordinates(&x, &v, 0.0);
+        let mut carried = |follows: bool| {
+            motion.begin(&scene, operator, functions, &q, &u);
+            if !follows {
+                motion.planes.iter_mut().for_each(|series| series.relaxed_at = f64::INFINITY);
+            }
+            motion.fill(&scene, operator);
+            let rates = operator.planes.iter().zip(&motion.planes);
+            let fastest = rates.map(|(one, series)| series.relaxation(one)).fold(0.0, f64::max);
+            if fastest.is_finite() && fastest * lasts > STIFFEST {
+                return (Vec::new(), false);
+            }
+            let column = |k: usize| (0..2 * scene.size).map(|i| f64::from(u8::from(i == k))).collect();
+            // A slip that begins does so in all of them, at rest.
+            let rests = operator.planes[0].coordinates.map(|row| scene.size + row);
+            let free = (0..2 * scene.size).filter(|k| begins >= 2 || !rests.contains(k));
+            let mut columns: Vec<Vec<f64>> = free.map(column).collect();
+            motion.carry(&scene, operator, lasts, &mut columns);
+            (columns.concat(), motion.planes.iter().any(PlaneSeries::follows))
+        };
+        let ((found, follows), (known, _)) = (carried(true), carried(false));
+        FOLLOWING.fetch_add(usize::from(follows), Ordering::Relaxed);
+        let largest = known.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let off = found.iter().zip(&known).fold(0.0, |off: f64, (a, b)| off.max((a - b).abs()));
+        // Velocities have rounding, beside which slip may be slow.
+        let slowest = if begins < 2 { 1.0 } else { 10f64.powf(power) };
+        let alike = ALIKE + ROUNDING * f64::EPSILON / slowest;
+        prop_assert!(off <= alike * largest, "neighbours {off:e} of {largest:e} apart");
     }
 }
