@@ -215,3 +215,16 @@ def test_two_indices_are_no_plane():
     )
     with pytest.raises(ss.InputError, match=message):
         ss.Scene(np.ones(3), 1e4 * np.eye(3), contacts=[contact])
+
+
+def test_the_representation_lists_friction_in_a_plane_once():
+    contacts = [
+        ss.Contact(tangential=("x", "y"), normal="z", friction=0.5, slider_speed=(0.3, 0.1), name="pad"),
+        ss.Contact(normal="w", name="stop"),
+    ]
+    scene = ss.Scene(np.ones(4), np.eye(4), dofs=("x", "y", "z", "w"), contacts=contacts, force=-np.ones(4))
+    lines = repr(scene).splitlines()
+    assert lines[0] == "Scene(4 dofs, 3 contacts, two for each of 1 plane)"
+    assert "  contacts pad_x and pad_y (x, y / z): friction 0.5, slider speed (0.3, 0.1) m/s" in lines
+    assert [line for line in lines if "contact" in line][2:] == [lines[-1]]
+    assert lines[-1].startswith("  contact stop (none / w)")

@@ -331,22 +331,22 @@ class Scene(Shown):
         for k, contact in enumerate(self.contacts[:_LISTED]):
             if contact.beside is not None and contact.beside < k:
                 continue  # A plane is listed with its first direction.
-            directions = [k] if contact.beside is None else [k, contact.beside]
-            listed += len(directions)
+            both = (k,) if contact.beside is None else (k, contact.beside)
+            listed += len(both)
             law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.coefficient(0.0)):
                 law += f", static {contact.static_friction:g}"
-            speeds = ", ".join(f"{self.contacts[one].slider_speed:g}" for one in directions)
-            law += f", slider speed {speeds} m/s" if len(directions) == 1 else f", slider speed ({speeds}) m/s"
+            speeds = ", ".join(f"{self.contacts[one].slider_speed:g}" for one in both)
+            law += f", slider speed {speeds if len(both) == 1 else f'({speeds})'} m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
             law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
             if (pressed := contact.normal_stiffness) is not None:
                 law += f", normal stiffness {pressed:g}" + " N/m" * (not isinstance(pressed, SpringLaw))
-            tangential = [described_direction(self.contacts[one].tangential, self.dofs) for one in directions]
-            place = f"{', '.join(tangential)} / {described_direction(contact.normal, self.dofs)}"
-            names = " and ".join(str(labels[one]) for one in directions)
-            lines.append(f"  contact{'s' * (len(directions) > 1)} {names} ({place}): {law}")
+            along = ", ".join(described_direction(self.contacts[one].tangential, self.dofs) for one in both)
+            place = f"{along} / {described_direction(contact.normal, self.dofs)}"
+            names = " and ".join(str(labels[one]) for one in both)
+            lines.append(f"  contact{'s' * (len(both) > 1)} {names} ({place}): {law}")
         if (more := len(self.contacts) - listed) > 0:
             lines.append(f"  and {more} more contact{'s' * (more > 1)}: see scene.summary()")
         return "\n".join(lines)

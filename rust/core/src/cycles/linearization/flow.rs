@@ -150,7 +150,7 @@ impl<'a> Flow<'a> {
         (converged(position, largest.0) && converged(velocity, largest.1)).then_some(end)
     }
 
-    fn law(&self) -> Option<&LawOperator> {
+    pub fn law(&self) -> Option<&LawOperator> {
         match &self.basis.propagator {
             Propagator::Law(operator) => Some(operator),
             _ => None,

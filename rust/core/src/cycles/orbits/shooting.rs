@@ -34,6 +34,9 @@ const ROUNDING: f64 = 1e-13;
 const STILL: f64 = 1e-6;
 /// Durations of a phase after which a slip in a plane that ends it counts as endless.
 const LATEST: f64 = 4.0;
+/// A relative step below which derivatives along laws are those of the step before, as long as steps fall by this factor.
+const CLOSE: f64 = 1e-3;
+const FALLS: f64 = 0.1;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -41,6 +44,12 @@ const NEARLY: f64 = 1e-9;
 pub(crate) struct Pass {
     pub arrived: Vec<Vec<f64>>,
     pub linearised: Vec<Linearised>,
+}
+
+/// Derivatives by the state at the start of a phase: of its end, and of the time of its event.
+struct Derivatives {
+    transition: DMatrix<f64>,
+    timing: Vec<f64>,
 }
 
 /// The linear equations of one step.
@@ -175,9 +184,15 @@ impl Orbit {
         let flows = flows(propagators, method, &orbit.steps)?;
         orbit.keep_time()?;
         let begun = orbit.scales().speed;
-        let mut last = f64::INFINITY;
+        let by_law = flows.iter().any(|flow| flow.law().is_some());
+        let (mut last, mut known) = (f64::INFINITY, Vec::new());
         for count in 1..=STEPS {
-            let pass = orbit.pass_until(&flows, is_over)?;
+            let renewed = known.is_empty();
+            let mut found = Vec::new();
+            let pass = orbit.pass_by(&flows, &known, by_law.then_some(&mut found), is_over)?;
+            if renewed {
+                known = found;
+            }
             let scales = orbit.scales();
             orbit.residual = orbit.mismatch(&pass.arrived, scales);
             let shooting = Shooting::new(&orbit, &flows, &pass, scales);
@@ -196,6 +211,10 @@ impl Orbit {
                 orbit.residual = orbit.mismatch(&arrived, orbit.scales());
                 return Ok(orbit);
             }
+            // Derivatives along laws take nearly all of the time, and near the orbit are those of the step before.
+            if change > CLOSE || !(renewed || change <= FALLS * last) {
+                known.clear();
+            }
             last = change;
         }
         Err(OrbitFailure::Diverged { steps: STEPS, change: last })
@@ -210,19 +229,40 @@ impl Orbit {
         flows: &[Flow<'_>],
         is_over: &dyn Fn() -> bool,
     ) -> Result<Pass, OrbitFailure> {
+        self.pass_by(flows, &[], None, is_over)
+    }
+
+    /// The same with the derivatives of all phases in a pass near by, unless there are none; the ones that it computes are added to
+    /// those `found`.
+    fn pass_by(
+        &self,
+        flows: &[Flow<'_>],
+        known: &[Derivatives],
+        mut found: Option<&mut Vec<Derivatives>>,
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<Pass, OrbitFailure> {
         let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
         for (k, (step, flow)) in self.steps.iter().zip(flows).enumerate() {
             if is_over() {
                 return Err(OrbitFailure::Stopped);
             }
             let [end, arrived] = self.end_of(k, flows)?;
-            let transition = flow.transition(&step.state, step.duration);
-            pass.linearised.push(step.passage.linearised(
-                self.scene(),
-                flow,
-                &transition,
-                [&step.state, &end, &arrived],
-            )?);
+            let states = [&step.state[..], &end, &arrived];
+            let by = |transition| step.passage.linearised(self.scene(), flow, transition, states);
+            let linearised = match known.get(k) {
+                Some(Derivatives { transition, timing }) => {
+                    Linearised { timing: timing.clone(), ..by(transition)? }
+                }
+                None => {
+                    let transition = flow.transition(&step.state, step.duration);
+                    let linearised = by(&transition)?;
+                    if let Some(found) = &mut found {
+                        found.push(Derivatives { transition, timing: linearised.timing.clone() });
+                    }
+                    linearised
+                }
+            };
+            pass.linearised.push(linearised);
             pass.arrived.push(arrived);
         }
         Ok(pass)
