@@ -187,7 +187,7 @@ impl Kernel for Extend<'_> {
             residuals.fill(Side::ZERO);
             own.stiffness.add_products(simd, -1.0, positions, &mut residuals);
             own.damping.add_products(simd, -1.0, &velocities, &mut residuals);
-            motion.push_neighbour(simd, operator, along, series, k, &velocities, &mut residuals);
+            motion.push_neighbour(simd, operator, along, series, (k, &velocities), &mut residuals);
             for column in 0..neighbours.len() {
                 for (value, of_all) in residual.iter_mut().zip(&residuals) {
                     *value = of_all.columns()[column];
@@ -236,8 +236,7 @@ impl LawMotion {
         operator: &LawOperator,
         (slopes, planes): (&[Slopes], &[PlaneSlopes]),
         neighbours: &mut Series,
-        k: usize,
-        u: &[Side],
+        (k, u): (usize, &[Side]),
         residuals: &mut [Side],
     ) {
         let Series { terms, slips, normals, states, planes: slipping } = neighbours;
@@ -285,8 +284,8 @@ impl LawMotion {
             let [slip, reaction] = [u, &*residuals].map(|of| one.coordinates.map(|row| of[row]));
             let (series, slipping) = (&self.planes[place], &mut slipping[place]);
             let given = (limit, slip, reaction);
-            let width = self.taylor.width;
-            let force = series.carry(simd, one, &planes[place], slipping, k, given, width);
+            let order = (k, self.taylor.width);
+            let force = series.carry(simd, one, &planes[place], slipping, order, given);
             for (&row, part) in one.coordinates.iter().zip(&force) {
                 residuals[row] = residuals[row].add_scaled(simd, 1.0, part);
             }

@@ -841,9 +841,8 @@ impl PlaneSeries {
         one: &PlaneContact,
         slopes: &PlaneSlopes,
         neighbour: &mut PlaneNeighbour,
-        k: usize,
+        (k, width): (usize, f64),
         (limit, slip, reaction): (Side, [Side; 2], [Side; 2]),
-        width: f64,
     ) -> [Side; 2] {
         let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;
         let [a, _] = &self.slip;
