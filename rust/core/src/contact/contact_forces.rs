@@ -36,10 +36,11 @@ impl ContactForces {
         Self { combination: combination.clone(), coupled }
     }
 
-    /// (N, T) of every contact in state (q, q'). Under laws of friction over slip speed, and beside elements,
-    /// the state changes the forces per reaction.
+    /// (N, T) of every contact in state (q, q'). Under laws of friction over slip speed, beside elements, and in planes where
+    /// contacts are coupled, the state changes the forces per reaction.
     pub fn values(&self, scene: &Scene, q: &[f64], u: &[f64]) -> Vec<(f64, f64)> {
-        if scene.is_nonlinear() {
+        let has_laws = scene.laws.is_some() || scene.nonlinear_elements().next().is_some();
+        if has_laws || (self.coupled.is_some() && scene.has_planes()) {
             return contact_forces_in(scene, &self.combination, q, u);
         }
         if let Some(forces) = &self.coupled {
@@ -52,7 +53,7 @@ impl ContactForces {
             let normal = scene.reaction_value(law.normal, q, u);
             let friction = match status {
                 Status::Sticking => scene.reaction_value(law.tangential, q, u),
-                _ => law.friction_along(status) * law.friction * normal,
+                _ => law.friction_at(status, u) * law.friction * normal,
             };
             (normal, friction)
         };

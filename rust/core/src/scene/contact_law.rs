@@ -242,6 +242,17 @@ impl Contact {
         }
     }
 
+    /// T / (mu N) at velocities u: that of a status, or in a plane against the direction of slip.
+    pub(crate) fn friction_at(&self, status: Status, u: &[f64]) -> f64 {
+        let turns = self.plane.filter(|plane| plane.along.is_none());
+        let (Status::Slipping, Some(plane)) = (status, turns) else {
+            return self.friction_along(status);
+        };
+        let slip = u[self.tangential] - self.slider_speed;
+        let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
+        if speed == 0.0 { 0.0 } else { -slip / speed }
+    }
+
     /// T / (mu N) against slip in the given direction of a status.
     pub(crate) fn friction_along(&self, status: Status) -> f64 {
         match status {
