@@ -242,6 +242,8 @@ proptest! {
         let mut motion = LawMotion::default();
         motion.restart(&scene, operator, functions, &q, &u);
         let mut panel = Panel::default();
+        let speed = |u: &[f64]| operator.planes.iter().map(|one| one.speed(u)).fold(1.0, f64::min);
+        let mut slowest = 1.0f64;
         'panels: for place in 0..PANELS {
             if motion.stopped(operator).is_some() {
                 break;
@@ -260,8 +262,8 @@ proptest! {
                 let (x, v) = scene.dof_state(q, u);
                 x.into_iter().chain(v).collect()
             };
-            let slow = operator.planes.iter().any(|one| one.speed(&u) < 1e-4);
-            SLOW.fetch_add(usize::from(slow), Ordering::Relaxed);
+            SLOW.fetch_add(usize::from(speed(&u) < 1e-4), Ordering::Relaxed);
+            slowest = slowest.min(speed(&u));
             let begun: Values = dofs(&q, &u).into_iter().map(Doubled::from).collect();
             for &to in places.iter().chain(&[1.0]) {
                 let span = [from, to.max(from)].map(|part| part * width);
@@ -269,6 +271,7 @@ proptest! {
                 if functions.iter().any(|function| function.functional.value(&q, &u) < LIFTS) {
                     break 'panels;
                 }
+                slowest = slowest.min(speed(&u));
                 let found = dofs(&q, &u);
                 let largest = found.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
                 // No mass is below 1 kg.
@@ -311,7 +314,6 @@ proptest! {
         let largest = known.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let off = found.iter().zip(&known).fold(0.0, |off: f64, (a, b)| off.max((a - b).abs()));
         // Velocities have rounding, beside which slip may be slow.
-        let slowest = if begins < 2 { 1.0 } else { 10f64.powf(power) };
         let alike = ALIKE + ROUNDING * f64::EPSILON / slowest;
         prop_assert!(off <= alike * largest, "neighbours {off:e} of {largest:e} apart");
     }
