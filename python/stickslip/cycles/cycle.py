@@ -379,7 +379,7 @@ class Cycle(Shown):
 
     def __repr__(self) -> str:
         names = self.combinations
-        shown = max(1, min(SHOWN, LETTERS // max(1, max(map(len, names), default=1))))
+        shown = max(1, min(SHOWN, LETTERS // max(1, len(self.scene.contacts))))
         sequence = " ".join(names) if len(names) <= shown else f"{' '.join(names[:shown])} ... ({len(names)})"
         lines = f"period {measured(self.period, TIMES, 9)}, {self.frequency:.6g} Hz, {sequence}"
         known = (

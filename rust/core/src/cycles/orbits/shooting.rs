@@ -205,9 +205,9 @@ impl Orbit {
                 return Err(OrbitFailure::Vanished);
             }
             if change <= ROUNDING || (last <= NEARLY && change >= 0.5 * last) {
-                let ends = orbit.steps.iter().enumerate().map(|(k, _)| orbit.end_of(k, &flows));
+                let ends = (0..flows.len()).map(|k| orbit.end_of(k, &flows));
                 let arrived = ends.map(|ends| ends.map(|[_, arrived]| arrived));
-                let arrived: Vec<_> = arrived.collect::<Result<_, _>>()?;
+                let arrived = arrived.collect::<Result<Vec<_>, _>>()?;
                 orbit.residual = orbit.mismatch(&arrived, orbit.scales());
                 return Ok(orbit);
             }

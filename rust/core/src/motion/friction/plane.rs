@@ -144,19 +144,10 @@ impl Default for PlaneSeries {
     }
 }
 
-/// `sum_{from <= i <= k - to} a_i b_{k-i}`, in sums that do not wait for each other.
+/// `sum_i a_i b_{k-i}`, in sums that do not wait for each other.
 #[inline]
-fn convolved(
-    a: &[f64; COEFFICIENTS],
-    b: &[f64; COEFFICIENTS],
-    k: usize,
-    [from, to]: [usize; 2],
-) -> f64 {
-    if k < from + to {
-        return 0.0;
-    }
-    let left = a[from..=k - to].chunks(GROUP);
-    let right = b[to..=k - from].rchunks(GROUP);
+fn convolved(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], k: usize) -> f64 {
+    let (left, right) = (a[..=k].chunks(GROUP), b[..=k].rchunks(GROUP));
     let mut sums = [0.0; GROUP];
     for (left, right) in left.zip(right) {
         for (sum, (a, b)) in sums.iter_mut().zip(left.iter().zip(right.iter().rev())) {
@@ -201,6 +192,12 @@ pub(super) fn convolved_with<S: Lanes>(
         sum = sum.add_scaled(simd, *a, x);
     }
     sum
+}
+
+/// Columns along and across a direction, as `PlaneContact::turned`.
+#[inline(always)]
+fn turned<S: Lanes>(simd: S, [x, y]: [f64; 2], [a, b]: [&Side; 2]) -> [Side; 2] {
+    [Side::combined(simd, [x, y], [a, b]), Side::combined(simd, [-y, x], [a, b])]
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -451,14 +448,9 @@ impl PlaneSeries {
         self.close(k, lower);
     }
 
-    /// What the balance across e_0 of order k takes from the series before: the next order of w along e_0 and of t, or of their changes.
-    fn taken_from_before(
-        &self,
-        one: &PlaneContact,
-        k: usize,
-        [along, ratio]: [&[f64; COEFFICIENTS]; 2],
-        width: f64,
-    ) -> f64 {
+    /// What the balance across e_0 of order k takes from the series before: the next order of w along e_0 and of t.
+    fn taken_from_before(&self, one: &PlaneContact, k: usize, width: f64) -> f64 {
+        let ([along, _], ratio) = (&self.slip, &self.ratio);
         let moved = self.ratio[0] * along[k + 1] + ratio[k + 1] * self.slip[0][0];
         (k + 1) as f64 / width * one.force_across(self.direction, [along[k + 1], moved])
     }
@@ -508,7 +500,7 @@ impl PlaneSeries {
     pub(super) fn improve(&mut self, one: &PlaneContact, width: f64) -> [f64; 2] {
         let mut change = 0.0;
         for k in 0..DEGREE {
-            let force = self.taken_from_before(one, k, [&self.slip[0], &self.ratio], width);
+            let force = self.taken_from_before(one, k, width);
             change += (force - self.pull[k]).abs();
             self.pull[k] = force;
         }
@@ -687,10 +679,10 @@ impl PlaneSeries {
         let [_, of_across, _] = one.masses(self.direction);
         let (mut defect, mut apart) = (0.0, 0.0);
         for k in 0..COEFFICIENTS {
-            let moved = convolved(&self.ratio, a, k, [0, 0]);
+            let moved = convolved(&self.ratio, a, k);
             apart += (b[k] - moved).abs();
             if k > 0 {
-                let force = self.taken_from_before(one, k - 1, [a, &self.ratio], width);
+                let force = self.taken_from_before(one, k - 1, width);
                 defect += (force - self.pull[k - 1]).abs();
             }
         }
@@ -833,6 +825,25 @@ impl PlaneSeries {
         PlaneSlopes { turned: product(&self.ratio, &cube), cube }
     }
 
+    /// The direction along which columns in the frame of e_0 are turned back.
+    fn back(&self) -> [f64; 2] {
+        let [x, y] = self.direction;
+        [x, -y]
+    }
+
+    /// What a later order of dw across e_0 has of known orders of that along e_0, and of dt.
+    #[inline(always)]
+    fn known_across<S: Lanes>(
+        &self,
+        simd: S,
+        along: &[Side],
+        ratio: &[Side],
+        order: usize,
+    ) -> Side {
+        let by_along = convolved_with(simd, &self.ratio, along, order);
+        by_along.add_scaled(simd, 1.0, &convolved_with(simd, &self.slip[0], ratio, order))
+    }
+
     /// The change of the friction force of order k, from those of `mu N`, of w of that order and of the forces R.
     #[inline(always)]
     pub(super) fn carry<S: Lanes>(
@@ -846,12 +857,10 @@ impl PlaneSeries {
     ) -> [Side; 2] {
         let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;
         let [a, _] = &self.slip;
-        let [x, y] = self.direction;
         pressed[k] = limit;
         let pressed_along = convolved_with(simd, &self.along, &pressed[..=k], k);
         let pressed_across = convolved_with(simd, &self.across, &pressed[..=k], k);
-        own[0][k] = Side::combined(simd, [x, y], [&slip[0], &slip[1]]);
-        own[1][k] = Side::combined(simd, [-y, x], [&slip[0], &slip[1]]);
+        [own[0][k], own[1][k]] = turned(simd, self.direction, slip.each_ref());
         let power = match self.course {
             Course::Ends(_) => return [Side::ZERO; 2],
             Course::Slips | Course::Follows => 0,
@@ -863,64 +872,50 @@ impl PlaneSeries {
         let [of_along, of_across, of_both] = one.masses(self.direction);
         let rate = (k + 1) as f64 / width;
         let limit = self.limit[0];
-        let force_along = Side::combined(simd, [x, y], [&reaction[0], &reaction[1]]);
-        let force_across = Side::combined(simd, [-y, x], [&reaction[0], &reaction[1]]).add_scaled(
-            simd,
-            -1.0,
-            &pressed_across,
-        );
+        let [force_along, force_across] = turned(simd, self.direction, reaction.each_ref());
+        let force_across = force_across.add_scaled(simd, -1.0, &pressed_across);
         let forward =
             force_along.add_scaled(simd, -1.0, &pressed_along).add_scaled(simd, 1.0, &along_known);
-        ratio[k] =
-            match power {
-                0 if follows => {
-                    // As in the balance of the motion, two terms come from the series before.
-                    let turned = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1)
-                        .add_scaled(simd, 1.0, &convolved_with(simd, a, &ratio[..k], k + 1));
-                    force_across
-                        .add_scaled(simd, -1.0, &pull[k])
-                        .add_scaled(simd, -1.0, &across_known)
-                        .add_scaled(simd, -rate * of_across, &turned)
-                        .scaled(simd, 1.0 / (slopes.cube[0] + rate * of_across * a[1]))
-                }
-                0 => own[1][k]
-                    .add_scaled(simd, -1.0, &convolved_with(simd, &self.ratio, &own[0][..=k], k))
-                    .add_scaled(simd, -1.0, &convolved_with(simd, a, &ratio[..k], k))
-                    .scaled(simd, 1.0 / a[0]),
-                1 => {
-                    let first = a[1];
-                    let known = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1).add_scaled(
-                        simd,
-                        1.0,
-                        &convolved_with(simd, a, &ratio[..k], k + 1),
-                    );
-                    let stiff = rate * of_across + limit / first;
-                    let right = force_across.add_scaled(simd, -1.0, &across_known).add_scaled(
-                        simd,
-                        limit / first,
-                        &known,
-                    );
-                    let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
-                    let by = [rate * of_along / determinant, -rate * of_both / determinant];
-                    Side::combined(simd, by, [&right, &forward])
-                        .add_scaled(simd, -1.0, &known)
-                        .scaled(simd, 1.0 / first)
-                }
-                _ => {
-                    let next = convolved_with(simd, &self.ratio, &own[0][..=k], k + 1).add_scaled(
-                        simd,
-                        1.0,
-                        &convolved_with(simd, a, &ratio[..k], k + 1),
-                    );
-                    let by = [1.0 / (rate * of_along), -of_both / of_along];
-                    let faster = Side::combined(simd, by, [&forward, &next]);
-                    force_across
-                        .add_scaled(simd, -rate * of_across, &next)
-                        .add_scaled(simd, -rate * of_both, &faster)
-                        .add_scaled(simd, -1.0, &across_known)
-                        .scaled(simd, 1.0 / limit)
-                }
-            };
+        ratio[k] = match power {
+            0 if follows => {
+                // As in the balance of the motion, two terms come from the series before.
+                let turned = self.known_across(simd, &own[0][..=k], &ratio[..k], k + 1);
+                force_across
+                    .add_scaled(simd, -1.0, &pull[k])
+                    .add_scaled(simd, -1.0, &across_known)
+                    .add_scaled(simd, -rate * of_across, &turned)
+                    .scaled(simd, 1.0 / (slopes.cube[0] + rate * of_across * a[1]))
+            }
+            0 => own[1][k]
+                .add_scaled(simd, -1.0, &convolved_with(simd, &self.ratio, &own[0][..=k], k))
+                .add_scaled(simd, -1.0, &convolved_with(simd, a, &ratio[..k], k))
+                .scaled(simd, 1.0 / a[0]),
+            1 => {
+                let first = a[1];
+                let known = self.known_across(simd, &own[0][..=k], &ratio[..k], k + 1);
+                let stiff = rate * of_across + limit / first;
+                let right = force_across.add_scaled(simd, -1.0, &across_known).add_scaled(
+                    simd,
+                    limit / first,
+                    &known,
+                );
+                let determinant = rate * of_along * stiff - (rate * of_both) * (rate * of_both);
+                let by = [rate * of_along / determinant, -rate * of_both / determinant];
+                Side::combined(simd, by, [&right, &forward])
+                    .add_scaled(simd, -1.0, &known)
+                    .scaled(simd, 1.0 / first)
+            }
+            _ => {
+                let next = self.known_across(simd, &own[0][..=k], &ratio[..k], k + 1);
+                let by = [1.0 / (rate * of_along), -of_both / of_along];
+                let faster = Side::combined(simd, by, [&forward, &next]);
+                force_across
+                    .add_scaled(simd, -rate * of_across, &next)
+                    .add_scaled(simd, -rate * of_both, &faster)
+                    .add_scaled(simd, -1.0, &across_known)
+                    .scaled(simd, 1.0 / limit)
+            }
+        };
         let along = along_known.add_scaled(simd, slopes.turned[0], &ratio[k]).add_scaled(
             simd,
             -1.0,
@@ -930,10 +925,7 @@ impl PlaneSeries {
             .add_scaled(simd, -1.0, &across_known)
             .add_scaled(simd, -slopes.cube[0], &ratio[k])
             .add_scaled(simd, -1.0, &pressed_across);
-        [
-            Side::combined(simd, [x, -y], [&along, &across]),
-            Side::combined(simd, [y, x], [&along, &across]),
-        ]
+        turned(simd, self.back(), [&along, &across])
     }
 
     /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
@@ -948,14 +940,10 @@ impl PlaneSeries {
         if !self.follows() {
             return slip;
         }
-        let [x, y] = self.direction;
-        let along = Side::combined(simd, [x, y], [&slip[0], &slip[1]]);
+        let [along, _] = turned(simd, self.direction, slip.each_ref());
         let by = [self.ratio[0], width * self.slip[0][0]];
         let across = Side::combined(simd, by, [&along, &own.ratio[0]]);
-        [
-            Side::combined(simd, [x, -y], [&along, &across]),
-            Side::combined(simd, [y, x], [&along, &across]),
-        ]
+        turned(simd, self.back(), [&along, &across])
     }
 
     /// Takes the change of the force across e_0 from `dw = da (1, t) + a (0, dt)`, where the direction follows; how much it was off,
