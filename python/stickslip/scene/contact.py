@@ -370,9 +370,10 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
     Raise `InputError` if the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
     """
     if isinstance(value, str):
-        if value in dofs:
+        try:
             return dofs.index(value)
-        raise InputError(f"{argument}: unknown dof {value!r}{nearest(value, dofs)}")
+        except ValueError:
+            raise InputError(f"{argument}: unknown dof {value!r}{nearest(value, dofs)}") from None
     try:
         index = operator.index(value)
     except TypeError:

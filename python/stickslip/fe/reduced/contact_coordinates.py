@@ -1,8 +1,12 @@
 """Contact coordinates of a sparse scene, and its matrices in them.
 
 New coordinates ``y = (p, z)``: p the displacements along the contact directions (the columns of B, so that
-``p = B' x``), z what is left, ``B' N = 0``: ``x = B (B' B)^-1 p + N z``. Dofs that share contacts are taken
-together, the others stay as they are.
+``p = B' x``), z the dofs that are left after as many have given way, x_g. With ``B' x = B_g' x_g + B_z' z``
+
+    x_g = B_g'^-1 (p - B_z' z).
+
+The dofs that give way are, where possible, those that one contact alone moves: the nodes of one of two meshes
+in contact. Then the rows of ``B_g'^-1`` have few entries, and the matrices in y are as sparse as before.
 """
 
 from __future__ import annotations
@@ -40,6 +44,8 @@ class Matrices:
     kinds: tuple[Coordinate, ...]
     #: x = transform y
     transform: scipy.sparse.csc_array
+    #: Indices of the dofs z
+    left: NDArray[np.int64]
     #: p = directions' x
     directions: scipy.sparse.csc_array
     #: M, C, G, K and H; G and H are None where the scene has none.
@@ -61,7 +67,7 @@ def contact_matrices(scene: Scene) -> Matrices:
     Raise `InputError` if directions of contacts depend on one another.
     """
     kinds, directions = contact_directions(scene)
-    transform = _transform(directions)
+    transform, left = _transform(directions)
 
     def changed(matrix: Any) -> Any:
         return scipy.sparse.csc_array(transform.T @ sparse(matrix, scene.size) @ transform)
@@ -74,7 +80,7 @@ def contact_matrices(scene: Scene) -> Matrices:
     gyroscopic, circulatory = (
         None if matrix is None else changed(matrix) for matrix in (scene.gyroscopic, scene.circulatory)
     )
-    return Matrices(kinds, transform, directions, mass, damping, gyroscopic, stiffness, circulatory)
+    return Matrices(kinds, transform, left, directions, mass, damping, gyroscopic, stiffness, circulatory)
 
 
 def contact_directions(scene: Scene) -> tuple[tuple[Coordinate, ...], scipy.sparse.csc_array]:
@@ -106,35 +112,36 @@ def sparse(matrix: Any, size: int) -> scipy.sparse.csc_array:
     return scipy.sparse.csc_array(matrix)
 
 
-def _transform(directions: scipy.sparse.csc_array) -> scipy.sparse.csc_array:
-    """Return ``[B (B' B)^-1, N]``, its last columns an orthonormal basis of what no direction sees."""
+def _transform(directions: scipy.sparse.csc_array) -> tuple[scipy.sparse.csc_array, NDArray[np.int64]]:
+    """Return ``x = transform (p, z)`` and the dofs z."""
     size, count = directions.shape
     entries = directions.tocoo()
     graph = scipy.sparse.coo_array(
         (np.ones(entries.nnz), (entries.coords[0], entries.coords[1] + size)), shape=(size + count,) * 2
     )
     _, label = connected_components(graph, directed=False)
+    by_rows, gives_way = scipy.sparse.csr_array(directions), np.zeros(size, dtype=bool)
     parts: list[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = []
-    touched = np.zeros(size, dtype=bool)
-    after = count
     for group in np.unique(label[size:]):
-        rows = np.flatnonzero(label[:size] == group)
-        columns = np.flatnonzero(label[size:] == group)
-        block = directions[rows][:, columns].toarray()
-        q, r = scipy.linalg.qr(block)
-        width = columns.size
+        rows, columns = np.flatnonzero(label[:size] == group), np.flatnonzero(label[size:] == group)
+        block = by_rows[rows][:, columns].toarray()
+        # The fewer contacts move a dof, the sooner it gives way.
+        moved_by = np.maximum(np.count_nonzero(block, axis=1), 1)
+        r, order = scipy.linalg.qr((block / moved_by[:, None]).T, mode="r", pivoting=True)
         diagonal = np.abs(np.diag(r))
-        if width > rows.size or diagonal.min() < INDEPENDENT * diagonal.max():
+        if columns.size > rows.size or diagonal.min() < INDEPENDENT * diagonal.max():
             raise InputError("contacts: their directions depend on one another; they cannot be coordinates")
-        pseudo = q[:, :width] @ np.linalg.inv(r[:width]).T
-        local = np.concatenate([columns, after + np.arange(rows.size - width)])
-        after += rows.size - width
-        touched[rows] = True
-        parts.append((rows, local, np.column_stack([pseudo, q[:, width:]])))
-    free = np.flatnonzero(~touched)
-    rows = np.concatenate([np.repeat(r, c.size) for r, c, _ in parts] + [free])
-    columns = np.concatenate([np.tile(c, r.size) for r, c, _ in parts] + [after + np.arange(free.size)])
-    values = np.concatenate([block.ravel() for _, _, block in parts] + [np.ones(free.size)])
-    found = scipy.sparse.csc_array((values, (rows, columns)), shape=(size, size))
-    found.eliminate_zeros()
-    return found
+        chosen = order[: columns.size]
+        gives_way[rows[chosen]] = True
+        parts.append((rows[chosen], columns, np.linalg.inv(block[chosen].T)))
+    left = np.flatnonzero(~gives_way)
+    rows = np.concatenate([np.repeat(r, c.size) for r, c, _ in parts])
+    columns = np.concatenate([np.tile(c, r.size) for r, c, _ in parts])
+    values = np.concatenate([block.ravel() for _, _, block in parts])
+    caused = scipy.sparse.csc_array((values, (rows, columns)), shape=(size, count))
+    caused.eliminate_zeros()
+    stays = scipy.sparse.csc_array(
+        (np.ones(left.size), (left, np.arange(left.size))), shape=(size, left.size)
+    )
+    followed = caused @ scipy.sparse.csc_array(by_rows[left].T)
+    return scipy.sparse.csc_array(scipy.sparse.hstack([caused, stays - followed])), left

@@ -15,13 +15,16 @@ with the squares ``V' K_zz V``. A basis that holds the shape of a complex mode h
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrices
 from stickslip.fe.reduced.lowest_modes import LowestModes
-from stickslip.fe.reduced.model import Boundary, Model, dual, projected
+from stickslip.fe.reduced.model import Boundary, Model, dual, projected, symmetric
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.laws.damping import Rayleigh, rayleigh_matrix
 from stickslip.scene.scene import Scene
@@ -44,11 +47,17 @@ class CraigBampton:
             self.modes = LowestModes(matrices.stiffness[b:, b:], matrices.mass[b:, b:], 0.0)
         except RuntimeError:
             raise InputError(FREE) from None
+        force = matrices.transform.T @ scene.force
         solve = self.modes.factor.solve
         self.static: Real = np.vstack([np.eye(b), -solve(matrices.stiffness[b:, :b].toarray())])
-        force = matrices.transform.T @ scene.force
         #: How constant forces displace it, over contact coordinates.
         self.moved: Real = np.concatenate([np.zeros(b), solve(force[b:])])
+        self._bound = projected(self.static, matrices.stiffness, 1.0)
+        self._mass = _Projection(matrices.mass, self.static, 1.0)
+        self._damping = _Projection(matrices.damping, self.static, 1.0)
+        self._gyroscopic = (
+            None if matrices.gyroscopic is None else _Projection(matrices.gyroscopic, self.static, -1.0)
+        )
 
     def model(self, count: int, added: Complex | None = None) -> Model:
         """Return the reduced matrices with so many modes, and with complex shapes (n, k) in their basis.
@@ -65,20 +74,20 @@ class CraigBampton:
             squares, shapes = np.r_[squares, further], np.hstack([shapes, vectors])
             count = squares.size
         modal = np.vstack([np.zeros((b, count)), shapes])
-        coupling = modal.T @ (matrices.mass @ self.static)
+        coupling = self._mass.across(shapes)
         local = np.hstack([self.static - modal @ coupling, modal])
-        left = projected(self.static, matrices.mass, 1.0) - coupling.T @ coupling
+        left = self._mass.static - coupling.T @ coupling
         inertia, lumping = _inertia(left, self.boundary, matrices.kinds)
         mass = scipy.linalg.block_diag(inertia, np.eye(count))
-        bound = projected(self.static, matrices.stiffness, 1.0) + coupling.T @ (squares[:, None] * coupling)
+        bound = self._bound + coupling.T @ (squares[:, None] * coupling)
         side = -coupling.T * squares
         stiffness = np.block([[0.5 * (bound + bound.T), side], [side.T, np.diag(squares)]])
         if isinstance(scene.damping, Rayleigh):
             # Of the reduced matrices, so that it stays proportional.
             damping = rayleigh_matrix(scene.damping, mass, stiffness)
         else:
-            damping = projected(local, matrices.damping, 1.0)
-        gyroscopic = None if matrices.gyroscopic is None else projected(local, matrices.gyroscopic, -1.0)
+            damping = self._damping.onto(shapes, coupling)
+        gyroscopic = None if self._gyroscopic is None else self._gyroscopic.onto(shapes, coupling)
         force = matrices.transform.T @ scene.force - matrices.stiffness @ self.moved
         circulatory = None
         if matrices.circulatory is not None:
@@ -102,7 +111,7 @@ class CraigBampton:
     def _further(self, shapes: Real, added: Complex) -> tuple[Real, Real]:
         """Return squares (k,) and vectors (z, k) of what complex shapes add to the modes."""
         b, mass = self.matrices.count, self.modes.mass
-        moved = np.vstack([self.matrices.directions.T @ added, self.matrices.transform[:, b:].T @ added])
+        moved = np.vstack([self.matrices.directions.T @ added, added[self.matrices.left]])
         whole = moved[b:] - self.static[b:] @ moved[:b]
         sizes = np.sqrt(np.sum(whole.conj() * (mass @ whole), axis=0).real)
         whole /= np.where(sizes > 0.0, sizes, 1.0)
@@ -116,6 +125,34 @@ class CraigBampton:
             projected(inner, self.modes.stiffness, 1.0), projected(inner, mass, 1.0)
         )
         return squares, inner @ mix
+
+
+class _Projection:
+    """A symmetric (sign 1) or skew symmetric (-1) matrix A of y = (p, z), projected on Psi and modes Phi.
+
+    What the static shapes Psi take part in without the modes is computed once: they are many, and modes are
+    added step by step.
+    """
+
+    def __init__(self, matrix: Any, static: Real, sign: float) -> None:
+        b, self.sign = static.shape[1], sign
+        pushed = matrix @ static
+        #: ``Psi' A Psi``
+        self.static: Real = symmetric(static.T @ pushed, sign)
+        self._pushed, self._inner = pushed[b:], scipy.sparse.csr_array(matrix[b:, b:])
+
+    def across(self, shapes: Real) -> Real:
+        """Return ``Phi' A Psi``, (modes, contact coordinates)."""
+        found: Real = shapes.T @ self._pushed
+        return found
+
+    def onto(self, shapes: Real, coupling: Real) -> Real:
+        """Return ``L' A L``, ``L = [Psi - Phi M_qp, Phi]``, with `coupling` M_qp."""
+        across, modal = self.across(shapes), projected(shapes, self._inner, self.sign)
+        side = across - modal @ coupling
+        mixed = coupling.T @ across
+        bound = self.static - mixed - self.sign * mixed.T + coupling.T @ modal @ coupling
+        return np.block([[symmetric(bound, self.sign), self.sign * side.T], [side, modal]])
 
 
 def _inertia(left: Real, boundary: Boundary, kinds: tuple[Coordinate, ...]) -> tuple[Real, str]:

@@ -40,7 +40,7 @@ from scipy.sparse.linalg import splu
 from stickslip.faults import InputError
 from stickslip.fe.reduced.contact_coordinates import INDEPENDENT, Coordinate, contact_directions, sparse
 from stickslip.fe.reduced.lowest_modes import LowestModes
-from stickslip.fe.reduced.model import Model, dual, projected
+from stickslip.fe.reduced.model import Boundary, Model, dual, projected, symmetric
 from stickslip.scene.checks import Real
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.scene import Scene
@@ -59,6 +59,8 @@ _SETTLED, _STEPS = 1e-15, 200
 
 class MacNeal:
     """The free structure: its lowest modes, and the reduced matrices with so many of them."""
+
+    boundary: Boundary = "massless"
 
     def __init__(self, scene: Scene, highest: float) -> None:
         if scene.circulatory is not None:
@@ -92,14 +94,14 @@ class MacNeal:
         )
         squares, shapes = np.r_[squares, more], np.hstack([shapes, further])
         count = squares.size
-        flexible = _symmetric(self.directions.T @ caused)
+        flexible = symmetric(self.directions.T @ caused)
         sizes = np.sqrt(np.maximum(np.diag(flexible), 0.0))
         if not (sizes.min() > 0.0 and np.linalg.eigvalsh(flexible / np.outer(sizes, sizes))[0] > INDEPENDENT):
             raise InputError(
                 "contacts: the modes left out do not move them independently; their directions depend on one "
                 "another, or there are too many modes"
             )
-        rigid = _symmetric(scipy.linalg.inv(flexible))
+        rigid = symmetric(scipy.linalg.inv(flexible))
         seen = self.directions.T @ shapes
         pushed = caused @ rigid
         tied = rigid @ seen
@@ -126,7 +128,7 @@ class MacNeal:
             mass=scipy.linalg.block_diag(zero, np.eye(count)),
             damping=damping,
             gyroscopic=gyroscopic,
-            stiffness=_symmetric(stiffness),
+            stiffness=symmetric(stiffness),
             circulatory=None,
             force=basis.T @ (scene.force - self.modes.stiffness @ offset),
             lumping="",
@@ -144,18 +146,18 @@ class MacNeal:
             moved = self._left_out(shapes, pushed)
             first, second = caused.T @ pushed, pushed.T @ moved
             # Of fewer modes than directions, combinations of the directions have no inertia.
-            sizes, span = scipy.linalg.eigh(_symmetric(first), _symmetric(flexible))
+            sizes, span = scipy.linalg.eigh(symmetric(first), symmetric(flexible))
             every = scipy.linalg.eigvalsh(
-                _symmetric(caused.T @ (self.modes.mass @ caused)), _symmetric(flexible)
+                symmetric(caused.T @ (self.modes.mass @ caused)), symmetric(flexible)
             )
             has_inertia = sizes > _CARRIED * max(every[-1], 0.0)
             span = span[:, has_inertia] / np.sqrt(sizes[has_inertia])
-            inverse, mix = np.linalg.eigh(_symmetric(span.T @ second @ span))
+            inverse, mix = np.linalg.eigh(symmetric(span.T @ second @ span))
             slow = inverse > _CARRIED * inverse.max(initial=0.0)
             inverse, mix = inverse[slow][::-1], span @ mix[:, slow][:, ::-1]
             carried = (mix / np.sqrt(inverse)).T @ first
             # Parts of the flexibility: what eigenvalues leave of 1 stays without mass.
-            taken = _symmetric(carried @ np.linalg.solve(flexible, carried.T))
+            taken = symmetric(carried @ np.linalg.solve(flexible, carried.T))
         except scipy.linalg.LinAlgError:
             return np.zeros(0), shapes[:, :0], shapes[:, :0].T
         chosen: list[int] = []
@@ -194,9 +196,3 @@ class MacNeal:
             if np.abs(found - before).max() <= _SETTLED * np.abs(found).max():
                 break
         return found
-
-
-def _symmetric(matrix: Real) -> Real:
-    """Return a matrix without the part that rounding makes unsymmetric."""
-    symmetric: Real = 0.5 * (matrix + matrix.T)
-    return symmetric

@@ -35,9 +35,13 @@ class Model:
 
 def projected(basis: Real, matrix: Any, sign: float) -> Real:
     """Return ``basis' A basis`` without the rounding of its symmetry (sign 1) or skew symmetry (-1)."""
-    small = basis.T @ (matrix @ basis)
-    both: Real = 0.5 * (small + sign * small.T)
-    return both
+    return symmetric(basis.T @ (matrix @ basis), sign)
+
+
+def symmetric(matrix: Real, sign: float = 1.0) -> Real:
+    """Return the symmetric part of a matrix, or the skew symmetric one (sign -1)."""
+    part: Real = 0.5 * (matrix + sign * matrix.T)
+    return part
 
 
 def dual(scene: Any, directions: Any, shapes: Real) -> Real:

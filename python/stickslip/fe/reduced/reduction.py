@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from stickslip.faults import InputError
 from stickslip.fe.reduced.agreement import Agreement, compared, moves_on
@@ -282,57 +283,20 @@ def reduce(
     if full_modes is not None:
         combination = _combination_of(full_modes, scene, combination)
     status = checked_combination(scene, combination)
-    basis: MacNeal | CraigBampton = (
-        MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
-    )
-    if full_modes is None:
-        found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
-    else:
-        found = full_modes[(full_modes.frequencies >= ends[0]) & (full_modes.frequencies <= ends[1])]
-    found = found[moves_on(found.eigenvalues)]
-    full = found.eigenvalues
-    if not full.size:
-        raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
-    most = min(MOST, scene.size - len(basis.kinds) - 1)
-    if modes is None:
-        count = basis.modes.below(ABOVE * ends[1], most)
-    elif (count := whole_number("modes", modes, 1)) > most:
-        raise InputError(f"modes: expected at most {most}, got {count}")
-    best, told, attainable, waited = np.inf, "", "", 0
-    added = np.zeros(full.size, dtype=bool)
-    while True:
-        try:
-            if isinstance(basis, CraigBampton) and added.any():
-                model = basis.model(count, found.shapes[:, added])
-            else:
-                model = basis.model(count)
-        except InputError as error:
-            if not told:
-                raise
-            raise InputError(f"{told}, and there is no model with {count} modes: {error}") from None
-        small = reduced_scene(model, scene, basis.kinds)
-        agreement = compared(full, complex_modes(small, status).eigenvalues, ends, wanted)
-        excess = agreement.excess(wanted, growth)
-        if modes is not None or excess <= 1.0:
-            break
-        waited = waited + 1 if excess > PAYS * best else 0
-        if excess < best or not told:
-            unmet = f"{agreement.unmet(wanted, growth)} is not reached with a {boundary} boundary"
-            best, told = excess, f"{unmet}: {count} modes leave {agreement.lacking(wanted, growth)}"
-            attainable = agreement.attainable(wanted, growth)
-        stuck = waited > PATIENCE or count >= most
-        wrong = (agreement.frequency > wanted) | (agreement.growth > growth)
-        if boundary != "massless" and (stuck or not (agreement.frequency > wanted).any()):
-            more = added | wrong
+    # Threads gain little on columns so few, and wait for each other.
+    with threadpool_limits(1, user_api="blas"):
+        basis: MacNeal | CraigBampton = (
+            MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
+        )
+        if full_modes is None:
+            found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
         else:
-            more = added
-        if (more > added).any():
-            waited = 0
-        elif stuck:
-            raise InputError(f"{told}, and more modes no less; {_remedy(scene, boundary, attainable)}")
-        if (more == added).all():
-            count = min(most, max(count + 4, int(GROWTH * count)))
-        added = more
+            found = full_modes[(full_modes.frequencies >= ends[0]) & (full_modes.frequencies <= ends[1])]
+        found = found[moves_on(found.eigenvalues)]
+        full = found.eigenvalues
+        if not full.size:
+            raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
+        model, small, agreement = _fitting(basis, found, ends, (wanted, growth), modes)
     for remark in agreement.remarks():
         warnings.warn(f"reduced scene: {remark}", stacklevel=2)
     errors_of = xr.Dataset(
@@ -361,6 +325,61 @@ def reduce(
         errors_of,
         model.dual,
     )
+
+
+def _fitting(
+    basis: MacNeal | CraigBampton,
+    found: Modes,
+    ends: Real,
+    tolerances: tuple[float, float],
+    modes: int | None,
+) -> tuple[Model, Scene, Agreement]:
+    """Return the first reduced model within the tolerances, or the one with the number of modes given.
+
+    `found` are the modes of the full scene in the band, `tolerances` those of frequency and growth.
+    """
+    scene, boundary, full = basis.scene, basis.boundary, found.eigenvalues
+    wanted, growth = tolerances
+    most = min(MOST, scene.size - len(basis.kinds) - 1)
+    if modes is None:
+        count = basis.modes.below(ABOVE * ends[1], most)
+    elif (count := whole_number("modes", modes, 1)) > most:
+        raise InputError(f"modes: expected at most {most}, got {count}")
+    best, told, attainable, waited = np.inf, "", "", 0
+    added = np.zeros(full.size, dtype=bool)
+    while True:
+        try:
+            if isinstance(basis, CraigBampton) and added.any():
+                model = basis.model(count, found.shapes[:, added])
+            else:
+                model = basis.model(count)
+        except InputError as error:
+            if not told:
+                raise
+            raise InputError(f"{told}, and there is no model with {count} modes: {error}") from None
+        small = reduced_scene(model, scene, basis.kinds)
+        agreement = compared(full, complex_modes(small, found.combination).eigenvalues, ends, wanted)
+        excess = agreement.excess(wanted, growth)
+        if modes is not None or excess <= 1.0:
+            return model, small, agreement
+        waited = waited + 1 if excess > PAYS * best else 0
+        if excess < best or not told:
+            unmet = f"{agreement.unmet(wanted, growth)} is not reached with a {boundary} boundary"
+            best, told = excess, f"{unmet}: {count} modes leave {agreement.lacking(wanted, growth)}"
+            attainable = agreement.attainable(wanted, growth)
+        stuck = waited > PATIENCE or count >= most
+        wrong = (agreement.frequency > wanted) | (agreement.growth > growth)
+        if boundary != "massless" and (stuck or not (agreement.frequency > wanted).any()):
+            more = added | wrong
+        else:
+            more = added
+        if (more > added).any():
+            waited = 0
+        elif stuck:
+            raise InputError(f"{told}, and more modes no less; {_remedy(scene, boundary, attainable)}")
+        if (more == added).all():
+            count = min(most, max(count + 4, int(GROWTH * count)))
+        added = more
 
 
 def _combination_of(modes: Modes, scene: Scene, combination: str | None) -> str:

@@ -37,7 +37,7 @@ _SINGULAR, _ASIDE = 1e-8, 1e-5
 #: Power of the distance from the shift with which right vectors make up the start for left ones.
 _WEIGHT = 4
 #: Pairs of a first search within a radius, and the margin of the number that its density predicts.
-_FIRST, _MORE = 40, 1.2
+_FIRST, _MORE = 12, 1.2
 
 
 @dataclass(frozen=True)
