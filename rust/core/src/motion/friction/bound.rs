@@ -121,20 +121,26 @@ impl Kernel for Bound<'_> {
                 Some(sums) => sums,
                 None => FactorSums::alone(size(&sliding.series.excess)),
             };
-            if let Some((formula, input)) = one.with_state() {
+            if let Some(input) = &one.state {
                 let Sliding { series, state, bounds, force, .. } = sliding;
-                let wide =
-                    [series.range() + radius * one.slip_norm, moved(state) + radius * input.norm];
+                let beyond = [one.slip_norm, input.norm].map(|norm| radius * norm);
+                let moves = [state[0], moved(state)];
                 let (law, by_state) =
-                    series.bounds_with_state(formula, state[0], wide, shortenings);
+                    series.bounds_with_state(&one.law, moves, beyond, shortenings);
                 // The last order of the force is not integrated.
                 let products = force[DEGREE].abs();
                 let [excess, pressed, products] = match input.pressed {
                     false => [0.0, 1.0, products],
                     true => [sums.left[1], sums.right[1], products + sums.left_out[1]],
                 };
-                *bounds =
-                    ContactBounds { law, by_state, excess, pressed, products, ..Default::default() };
+                *bounds = ContactBounds {
+                    law,
+                    by_state,
+                    excess,
+                    pressed,
+                    products,
+                    ..Default::default()
+                };
                 continue;
             }
             let off = match one.flow {
