@@ -57,6 +57,24 @@ def test_bristles_follow_the_place_whatever_the_normal_force():
 
 
 @LAWS
+def test_a_constant_reaction_is_a_given_normal_force(law):
+    """Of loops the reaction multiplies formulas in pieces, and a given force a table of the deflection."""
+    contact = ss.Contact(tangential="x", normal_force=5.0, friction=law, slider_speed=0.2)
+    alone = ss.Scene([1.0], [[90.0]], damping=[[0.3]], contacts=[contact], dofs=["x"])
+    one = ss.simulate(alone, 3.0, ss.State([0.3], [0.0], "+", ["x"], internal={0: 0.0}))
+    two = ss.simulate(
+        pressed(law, coupling=0.0),
+        3.0,
+        ss.State([0.3, 0.0], [0.0, 0.0], "+", ["x", "y"], internal={0: 0.0}),
+    )
+    assert len(one.events) > 3
+    assert two.events.time == pytest.approx(one.events.time, abs=1e-12)
+    ends = [run.state(3.0) for run in (one, two)]
+    assert ends[1].position[0] == pytest.approx(ends[0].position[0], abs=1e-13)
+    assert ends[1].internal == pytest.approx(ends[0].internal, abs=1e-14)
+
+
+@LAWS
 def test_a_contact_that_lifts_off_loses_its_state(law):
     """It opens where ``N = 5 - 7 sin(2 pi f t)`` vanishes, and closes with a state of 0."""
     shaker = ss.Harmonic({"y": 7.0}, frequency=1.1, phase=-np.pi / 2.0, name="shaker")
