@@ -15,6 +15,7 @@ with the squares ``V' K_zz V``. A basis that holds the shape of a complex mode h
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,10 +55,14 @@ class CraigBampton:
         self.moved: Real = np.concatenate([np.zeros(b), solve(force[b:])])
         self._bound = projected(self.static, matrices.stiffness, 1.0)
         self._mass = _Projection(matrices.mass, self.static, 1.0)
-        self._damping = _Projection(matrices.damping, self.static, 1.0)
         self._gyroscopic = (
             None if matrices.gyroscopic is None else _Projection(matrices.gyroscopic, self.static, -1.0)
         )
+
+    @cached_property
+    def _damping(self) -> _Projection:
+        """Of damping other than `Rayleigh`, which follows from the reduced matrices."""
+        return _Projection(self.matrices.damping, self.static, 1.0)
 
     def model(self, count: int, added: Complex | None = None) -> Model:
         """Return the reduced matrices with so many modes, and with complex shapes (n, k) in their basis.
