@@ -111,9 +111,9 @@ def test_vibration_across_lowers_the_friction_of_sliding(ratio, known):
     assert work * frequency / (0.3 * speed) == pytest.approx(known, rel=1e-9)
 
 
-def oscillator(direction: np.ndarray | None, speed: float) -> ss.Scene:
+def oscillator(direction: np.ndarray | None, speed: float, friction: float = 0.5) -> ss.Scene:
     """Return a mass on springs with friction along x, or in a plane turned by an angle."""
-    along = {"normal_force": 5.0, "friction": 0.5, "static_friction": 0.7}
+    along = {"normal_force": 5.0, "friction": friction, "static_friction": 0.7}
     if direction is None:
         contact = ss.Contact(tangential="x", slider_speed=speed, **along)
         return ss.Scene([1.0], [[30.0]], [[0.2]], force=[1.0], dofs=("x",), contacts=[contact])
@@ -132,6 +132,25 @@ def test_motion_along_a_line_has_the_events_of_that_line(angle):
     assert len(kinds) > 6
     np.testing.assert_allclose(plane.events.time, line.events.time, rtol=2e-15, atol=0)
     np.testing.assert_allclose(direction @ end(plane)[:2], end(line)[0], rtol=1e-14)
+
+
+def test_a_cycle_is_continued_over_friction_as_that_along_a_line():
+    """With more friction its slip stops earlier than that of the cycle from which Newton's method starts."""
+    direction = np.array([0.6, 0.8])
+    start = ss.State([0.0, 0.0], 0.1 * direction, "ss")
+    cycle = ss.simulate(oscillator(direction, 0.1), 10.0, start).limit_cycle()
+    assert cycle.combinations == ("oo", "ss")
+    # The contact sticks until it slips, and the function of that has no other zero.
+    assert cycle.margins() == ()
+    for friction in (0.4, 0.51, 0.6):
+        run = ss.simulate(oscillator(None, 0.1, friction), 10.0, ss.State([0.0], [0.1], "s"))
+        known = run.limit_cycle().period
+        assert cycle.continued(oscillator(direction, 0.1, friction)).period == pytest.approx(known, rel=1e-13)
+    branch = ss.continuation(cycle, {"friction": (0.5, 0.6)}, step=0.2)
+    assert branch.end == "range"
+    assert branch.points == ()
+    assert branch.data.followed.all()
+    assert branch.data.period.values[-1] == pytest.approx(known, rel=1e-13)
 
 
 def test_turned_directions_change_nothing():

@@ -30,10 +30,10 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3760),
     ("modes", 2205),
     ("locus", 2480),
-    ("motion", 12430),
+    ("motion", 12455),
     ("transient", 4250),
     ("energy", 668),
-    ("cycles", 4375),
+    ("cycles", 4405),
     ("study", 1130),
 ];
 

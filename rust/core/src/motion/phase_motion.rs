@@ -190,6 +190,13 @@ impl Motion {
         }
     }
 
+    /// Gives up motions under laws of friction in which a velocity exceeds this one: they have no states from there on.
+    pub fn give_up_beyond(&mut self, speed: f64) {
+        if let Some(law) = &mut self.law {
+            law.most_speed = Some(speed);
+        }
+    }
+
     /// Of neighbours carried up to the end of a slip in a plane: how the time that is left grows with velocities, by coordinates.
     pub fn time_left_by_slip(&self) -> Option<[(usize, f64); 2]> {
         let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };

@@ -32,6 +32,9 @@ use crate::scene::status::Combination;
 /// the first one left out is below `SHORT^TERMS / (TERMS + 1)!` of the increment.
 const SHORT: f64 = 0.01;
 const TERMS: usize = 7;
+/// Velocity at which a motion is given up, in terms of the largest at the starts of phases: panels become ever shorter where Newton's
+/// method follows bristles under tension, whose deflection grows without limit in a finite time.
+const BEYOND: f64 = 1e4;
 
 /// One combination of a scene as a flow on states (q, q') of 2n entries.
 #[derive(Debug)]
@@ -97,6 +100,20 @@ impl<'a> Flow<'a> {
 
     pub fn combination(&self) -> &Combination {
         &self.basis.combination
+    }
+
+    /// Gives up motions far faster than the fastest start.
+    pub fn stay_near<'s>(&self, starts: impl Iterator<Item = &'s [f64]>) {
+        let structure = self.scene.structure();
+        let size =
+            |half: &[f64]| half[..structure].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let speed = starts.fold(0.0, |speed: f64, start| {
+            let (q, u) = start.split_at(self.scene.size);
+            speed.max(size(u)).max(self.fastest * size(q))
+        });
+        if speed > 0.0 {
+            self.running.borrow_mut().0.give_up_beyond(BEYOND * speed);
+        }
     }
 
     /// The state a time `duration` after `start`.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::contact::event_function::ConePart;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::event::EventValue;
 use crate::cycles::orbits::floquet::Multipliers;
@@ -255,7 +256,7 @@ impl Orbit {
     /// How fast the event function of the event that ends each phase crosses zero, `grad h . f-`, its unit per second:
     /// zero where the event only touches. It is 1 where the time of the event is known explicitly.
     pub fn crossing_speeds(&self) -> Result<Vec<f64>, OrbitFailure> {
-        let pass = self.pass(&self.flows()?)?;
+        let pass = self.pass(&self.flows()?, &|| false)?;
         Ok(pass.linearised.iter().map(|event| event.speed).collect())
     }
 
@@ -274,20 +275,25 @@ impl Orbit {
             };
             let samples: Vec<_> = (0..=count).map(|i| at(width * i as f64)).collect();
             for function in &flow.basis.functions {
+                let beside =
+                    self.scene().contacts[function.contact].plane.map(|plane| plane.beside);
+                // In a plane one function is made of several parts.
+                let first = beside.is_none_or(|beside| function.contact < beside);
+                if !(function.cone.is_none() || function.cone == Some(ConePart::Limit) && first) {
+                    continue;
+                }
                 let event = EventValue::new(self.scene(), &step.combination, function.clone());
                 let value = |state: &[f64]| event.value(&flow, state).0;
                 let slope = |state: &[f64], field: &[f64]| event.rate(&flow, state, field);
                 let passage = &step.passage;
+                let own = |&contact: &usize| contact == function.contact || Some(contact) == beside;
                 let ends = match passage.is_joint() {
                     false => {
-                        let mut own = passage.own();
-                        own.any(|contact| contact == function.contact)
-                            && function.trigger == passage.trigger
+                        function.trigger == passage.trigger && passage.own().any(|one| own(&one))
                     }
                     true => {
                         function.trigger == EventKind::Impact
-                            && (function.contact == passage.contact
-                                || passage.series.contains(&function.contact))
+                            && (own(&passage.contact) || passage.series.iter().any(own))
                     }
                 };
                 let slopes: Vec<f64> = samples.iter().map(|at| slope(&at.0, &at.1)).collect();

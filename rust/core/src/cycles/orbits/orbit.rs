@@ -94,6 +94,12 @@ pub enum OrbitFailure {
     /// Newton's method has no unique step, because a second multiplier is 1 (a fold, or a family of orbits).
     #[error("the return map has a multiplier 1 besides the one of its phase")]
     Singular,
+    /// The motion from a guess ends, or grows without limit, before the phase of the sequence does.
+    #[error("the motion from a guess of the orbit does not reach the end of phase {phase}")]
+    Lost {
+        /// Place of the phase in the sequence, from 0.
+        phase: usize,
+    },
     /// Newton's method shrank the guess to a state that does not move.
     #[error("the orbit shrank to a steady state")]
     Vanished,
@@ -246,5 +252,8 @@ pub(crate) fn flows<'a>(
     method: Method,
     steps: &[OrbitPhase],
 ) -> Result<Vec<Flow<'a>>, Error> {
-    steps.iter().map(|step| Flow::new(propagators, &step.combination, method)).collect()
+    let new = |step: &OrbitPhase| Flow::new(propagators, &step.combination, method);
+    let flows = steps.iter().map(new).collect::<Result<Vec<_>, _>>()?;
+    flows.iter().for_each(|flow| flow.stay_near(steps.iter().map(|step| &step.state[..])));
+    Ok(flows)
 }

@@ -182,7 +182,9 @@ impl Orbit {
         };
         orbit.transfer();
         let flows = flows(propagators, method, &orbit.steps)?;
-        orbit.keep_time()?;
+        // In another scene contacts stick at other speeds, and slips in planes last longer or shorter.
+        orbit.constrain(&flows)?;
+        orbit.period = period_of(&orbit.steps);
         let begun = orbit.scales().speed;
         let by_law = flows.iter().any(|flow| flow.law().is_some());
         let (mut last, mut known) = (f64::INFINITY, Vec::new());
@@ -220,11 +222,7 @@ impl Orbit {
         Err(OrbitFailure::Diverged { steps: STEPS, change: last })
     }
 
-    pub(crate) fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
-        self.pass_until(flows, &|| false)
-    }
-
-    pub(crate) fn pass_until(
+    pub(crate) fn pass(
         &self,
         flows: &[Flow<'_>],
         is_over: &dyn Fn() -> bool,
@@ -247,6 +245,9 @@ impl Orbit {
                 return Err(OrbitFailure::Stopped);
             }
             let [end, arrived] = self.end_of(k, flows)?;
+            if !arrived.iter().all(|x| x.is_finite()) {
+                return Err(OrbitFailure::Lost { phase: k });
+            }
             let states = [&step.state[..], &end, &arrived];
             let by = |transition| step.passage.linearised(self.scene(), flow, transition, states);
             let linearised = match known.get(k) {

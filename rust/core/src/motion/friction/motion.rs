@@ -28,8 +28,9 @@ use crate::scene::model::Scene;
 const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
 pub(super) const TRIALS: usize = 60;
-/// Panels one after the other that may be too short for the time to show them, between speeds of tables.
+/// Panels one after the other that may be this short in terms of the time, between speeds of tables: the time hardly shows them.
 pub(super) const STALLED: usize = 1000;
+const SHORT: f64 = 64.0 * f64::EPSILON;
 /// Bound of truncation on a panel, relative to the state: two ulps.
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
@@ -156,6 +157,8 @@ pub(crate) struct LawMotion {
     stopped: Option<usize>,
     /// The time left to its end, times the rate of the motion, over which forces on a slip count as constant.
     pub(super) constant: f64,
+    /// Velocity beyond which the motion is given up, where there is one.
+    pub(crate) most_speed: Option<f64>,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Bound of what orders of the state have that the rows did not count, in the same norm.
@@ -529,8 +532,8 @@ impl LawMotion {
         self.fill(scene, operator);
     }
 
-    /// Moves on to the panel that holds a local time; false where the motion grows beyond the range of numbers before, as
-    /// one does that is followed past the end of slip.
+    /// Moves on to the panel that holds a local time; false where the motion grows beyond the range of numbers or is given up
+    /// before, as one does that is followed past the end of slip.
     pub fn reach(&mut self, scene: &Scene, operator: &LawOperator, time: f64) -> bool {
         let mut stalled = 0;
         while time > self.end() {
@@ -540,14 +543,24 @@ impl LawMotion {
             }
             // Where a law has ended the phase, panels may shrink without end.
             let ended = self.ended.is_some_and(|(_, end)| end != LawEnd::Negative);
-            if ended || !self.left_out.is_finite() || stalled > STALLED {
+            if ended || !self.left_out.is_finite() || stalled > STALLED || self.is_given_up() {
                 return false;
             }
             let before = self.end();
             self.advance(scene, operator);
-            stalled = if self.end() > before { 0 } else { stalled + 1 };
+            stalled = if self.goes_on_from(before) { 0 } else { stalled + 1 };
         }
         time <= self.end() || self.stopped.is_some()
+    }
+
+    /// Whether the time shows a panel that follows another one, which ended at `before`.
+    pub(super) fn goes_on_from(&self, before: f64) -> bool {
+        self.end() - before > SHORT * self.end()
+    }
+
+    /// Whether a velocity of the panel is beyond those that are of interest.
+    pub(super) fn is_given_up(&self) -> bool {
+        self.most_speed.is_some_and(|most| self.sizes[1].iter().any(|&speed| speed > most))
     }
 
     /// The state on the panel; one that cannot be resolved is known at its start alone.

@@ -84,9 +84,10 @@ impl LawMotion {
             let left_out =
                 |(of, column): (&Series, _)| of.left_out(column, scene.size, width, operator);
             let worst = all.clone().map(left_out).fold(0.0, worse);
-            stalled = if self.end() > before { 0 } else { stalled + 1 };
-            if !worst.is_finite() || self.end().is_nan() || stalled > STALLED {
-                // Beyond the range of numbers.
+            stalled = if self.goes_on_from(before) { 0 } else { stalled + 1 };
+            if !worst.is_finite() || self.end().is_nan() || stalled > STALLED || self.is_given_up()
+            {
+                // Beyond the range of numbers, or of interest.
                 neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
                 return;
             }
