@@ -9,20 +9,11 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from state_scenes import ACCURACY, FOLLOWED, NEGLIGIBLE, STEPS, Followed, drawn_law, force_and_rate, report
-from stickslip.scene.laws.state import BoucWen, ElastoPlastic, LawWithState
 
 #: s
 DURATION = 2.0
 #: Parts of the terms of a gap, a slip velocity or a normal force that may have the wrong sign.
 SIDE = 1e-9
-
-
-def law_of_opening(rng: np.random.Generator) -> LawWithState:
-    """Return a law with a state that contacts with a normal direction may have."""
-    while True:
-        law = drawn_law(rng)
-        if not isinstance(law, BoucWen | ElastoPlastic):
-            return law
 
 
 def opening_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
@@ -42,7 +33,7 @@ def opening_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
             ss.Contact(
                 tangential=dofs[2 * k],
                 normal=dofs[2 * k + 1],
-                friction=law_of_opening(rng),
+                friction=drawn_law(rng),
                 slider_speed=speed if rng.random() < 0.8 else 0.0,
                 restitution=0.0 if compliant else rng.choice([0.0, 0.5]),
                 gap=0.0 if rng.random() < 0.5 else rng.uniform(-0.01, 0.0),

@@ -347,10 +347,6 @@ def test_deflections_go_on_with_a_state(canonical):
 
 REFUSED = [
     (
-        {"normal": "x2", "normal_force": None, "friction": ss.friction.BoucWen(1.0, 1e3)},
-        "contact 0: friction: friction with a state is not computed beside a normal",
-    ),
-    (
         {"tangential_stiffness": 1e3},
         "friction with a state is not computed beside a slip without mass; give the dof mass, or leave",
     ),

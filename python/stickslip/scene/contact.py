@@ -68,7 +68,7 @@ class Contact:
         given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
         Where slip has no mass, the law has to rise with the slip speed. Laws with a state of their own
         (`LuGre`, `Dahl`, `BoucWen`, `ElastoPlastic`, `RateState`, `StateLaw`) are for contacts whose slip has
-        mass; `BoucWen` and `ElastoPlastic` need a `normal_force`.
+        mass.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.

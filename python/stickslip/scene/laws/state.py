@@ -79,7 +79,7 @@ class BoucWen(LawWithState):
     ``z' = s - |s| (stiffness |z| / kinetic)^exponent (share sgn z + (1 - share) sgn s)`` (Bouc, 1967; Wen,
     Journal of the Engineering Mechanics Division 102 (1976) 249): the friction force comes to ``kinetic N``
     the more abruptly, the larger the exponent. With ``exponent=1, share=1`` it is Dahl's law. The contact
-    needs a given normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and an event
+    needs mass along its slip; while it is open, z is 0. It has the statuses ``+`` and ``-``, and an event
     wherever its slip turns.
 
     Parameters
@@ -157,9 +157,9 @@ class ElastoPlastic(LawWithState):
     ``z' = s - |s| f(z)`` and ``T = -N (stiffness z + damping z' + viscous s)`` (Dupont, Hayward, Armstrong
     and Altpeter, IEEE Transactions on Automatic Control 47 (2002) 787). With ``z_1 = kinetic / stiffness``
     and slip in the positive direction, f is 0 below ``break_away z_1`` and ``z / z_1`` from z_1 on; between,
-    f is the cubic that joins both smoothly, in place of the sine of the paper. The contact needs a given
-    normal force N and mass along its slip; it has the statuses ``+`` and ``-``, and an event wherever its
-    slip turns.
+    f is the cubic that joins both smoothly, in place of the sine of the paper. The contact needs mass along
+    its slip; while it is open, z is 0. It has the statuses ``+`` and ``-``, and an event wherever its slip
+    turns.
 
     Parameters
     ----------

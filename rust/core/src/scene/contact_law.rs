@@ -326,12 +326,6 @@ impl ContactInput {
         }
         if let Some(state) = &self.state {
             state.validate(contact, self.slider_speed)?;
-            if !given && state.pressed().is_none() {
-                return Err(Error::StateBeside {
-                    contact,
-                    reason: "a normal direction, of loops; state a normal_force, or Dahl, LuGre, RateState or StateLaw",
-                });
-            }
             let coulomb = self.static_friction.max(self.friction);
             if coulomb != 0.0 {
                 let (argument, requirement) =

@@ -187,7 +187,7 @@ impl Scene {
                 (law.tangential, law.slider_speed),
                 (dof, mass),
                 (law.opens().then_some(law.normal), (pull - force[law.normal]).abs()),
-            );
+            )?;
             states.push((contact, own));
         }
         let preload =

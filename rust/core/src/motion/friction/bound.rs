@@ -121,22 +121,25 @@ impl Kernel for Bound<'_> {
                 Some(sums) => sums,
                 None => FactorSums::alone(size(&sliding.series.excess)),
             };
-            if let Some((formula, input)) = one.with_state() {
+            if let Some(input) = &one.state {
                 let Sliding { series, state, bounds, force, .. } = sliding;
-                let wide =
-                    [series.range() + radius * one.slip_norm, moved(state) + radius * input.norm];
+                let beyond = [one.slip_norm, input.norm].map(|norm| radius * norm);
+                let moves = [state[0], moved(state)];
                 let (law, by_state) =
-                    series.bounds_with_state(formula, state[0], wide, shortenings);
-                *bounds = match input.pressed {
-                    false => ContactBounds { law, by_state, pressed: 1.0, ..Default::default() },
-                    true => ContactBounds {
-                        law,
-                        by_state,
-                        excess: sums.left[1],
-                        pressed: sums.right[1],
-                        products: force[DEGREE].abs() + sums.left_out[1],
-                        ..Default::default()
-                    },
+                    series.bounds_with_state(&one.law, moves, beyond, shortenings);
+                // The last order of the force is not integrated.
+                let products = force[DEGREE].abs();
+                let [excess, pressed, products] = match input.pressed {
+                    false => [0.0, 1.0, products],
+                    true => [sums.left[1], sums.right[1], products + sums.left_out[1]],
+                };
+                *bounds = ContactBounds {
+                    law,
+                    by_state,
+                    excess,
+                    pressed,
+                    products,
+                    ..Default::default()
                 };
                 continue;
             }
@@ -206,7 +209,8 @@ impl Kernel for Bound<'_> {
                 UNIT * in_row * sliding.bounds.by_state * size_of(&state.value, sizes)
             });
             if one.is_bare() {
-                let (cut, round, gain) = (law.truncation, law.rounding + of_state, by_inputs);
+                let cut = left_out + law.truncation;
+                let (round, gain) = (law.rounding + of_state, by_inputs);
                 truncated = together(truncated, by_force * cut);
                 rounded = together(rounded, by_force * round);
                 lipschitz = together(lipschitz, one.force_norm * gain);

@@ -76,6 +76,11 @@ pub(super) fn worse(a: f64, b: f64) -> f64 {
 }
 
 impl Sliding {
+    /// What the pieces of its law are pieces of: the state, where there is one.
+    pub(super) fn argument_of_pieces(&self, one: &LawContact) -> &[f64; COEFFICIENTS] {
+        if one.state.is_some() { &self.state } else { &self.series.slip }
+    }
+
     /// Whether slip speed and state stay where the series of the law holds.
     fn is_within_reach(&self, one: &LawContact) -> bool {
         let Self { series, state, .. } = self;
@@ -255,7 +260,7 @@ impl LawMotion {
             let speed = -one.sign * one.slip.value(q, u);
             // Where slip has no mass, rounding of its start is left out.
             let speed = if one.flow.is_some() { speed.max(0.0) } else { speed };
-            sliding.series.piece = one.law.piece(speed);
+            sliding.series.piece = one.piece(speed, q, u);
             (sliding.followed.follows, sliding.followed.relaxed_at) = (false, 0.0);
             if !one.has_sign() && one.state.is_none() && one.law.value(speed.max(0.0)) < 0.0 {
                 self.ended = Some((place, LawEnd::Negative));

@@ -59,7 +59,7 @@ impl LawMotion {
                 .contacts
                 .iter()
                 .zip(&self.contacts)
-                .map(|(one, Sliding { series, normal, .. })| match one.with_state() {
+                .map(|(one, Sliding { series, normal, .. })| match one.with_state(series.piece) {
                     Some((formula, input)) => {
                         let slopes = series.slopes_with_state(formula);
                         let [by_slip, by_state] = match input.pressed {

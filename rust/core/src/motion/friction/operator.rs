@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 use std::f64::consts::SQRT_2;
-use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,7 +22,6 @@ use crate::motion::taylor::rows::Rows;
 use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::contact_state::{ContactState, StateContact};
 use crate::scene::friction::elastic_plane::ElasticPlane;
-use crate::scene::friction::formula::Formula;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -146,7 +144,7 @@ impl LawOperator {
                     }
                 },
                 ContactState::Formulas(formulas) => {
-                    let one = |formula: &Arc<Formula>, term, normal: Option<usize>| {
+                    let one = |law: FrictionLaw, term, normal: Option<usize>| {
                         let pressing = match normal {
                             Some(normal) => reaction(scene, normal),
                             None => Functional { constant: 1.0, ..Functional::default() },
@@ -157,16 +155,10 @@ impl LawOperator {
                                 value: state.clone(),
                                 pressed: normal.is_some(),
                             }),
-                            ..built(
-                                of,
-                                FrictionLaw::Formula(formula.clone()),
-                                sign,
-                                &along(sign, &[term]),
-                                [slip.clone(), pressing],
-                            )
+                            ..built(of, law, sign, &along(sign, &[term]), [slip.clone(), pressing])
                         }
                     };
-                    let [force, rate] = formulas.in_status(status);
+                    let [force, rate] = formulas.in_status(status).laws();
                     let [by_force, by_rate] = own.directions();
                     vec![one(force, by_force, own.normal), one(rate, by_rate, None)]
                 }
@@ -398,9 +390,8 @@ impl LawOperator {
             .zip(&normals)
             .map(|(one, normal)| {
                 let faster = -one.sign * one.slip.rate(dq, du);
-                if let Some((formula, StateInput { value, pressed, .. })) = one.with_state() {
-                    let state = value.value(q, u);
-                    let (_, [by_slip, by_state]) = formula.with_slopes(one.speed(q, u), state);
+                if let Some(StateInput { value, pressed, .. }) = &one.state {
+                    let (_, [by_slip, by_state]) = one.formula_at(q, u);
                     let change = by_slip * faster + by_state * value.rate(dq, du);
                     return if *pressed { change * normal } else { change };
                 }

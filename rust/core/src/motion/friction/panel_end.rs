@@ -1,7 +1,7 @@
 //! Where a panel ends because a law does: at a speed of a table, or where friction falls to 0.
 
 use crate::error::run::LawEnd;
-use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::motion::{LawMotion, Sliding, moved};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, size};
 use crate::motion::friction::series::law_contact::LawContact;
@@ -108,19 +108,20 @@ impl LawMotion {
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
     pub(super) fn change_pieces(&mut self, operator: &LawOperator) -> bool {
         let mut changed = false;
-        for (one, Sliding { series, .. }) in operator.contacts.iter().zip(&mut self.contacts) {
+        for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             if one.law.knots().is_empty() {
                 continue;
             }
             let scale = self.taylor.scale(&operator.taylor);
-            let mut borders = borders(one.law.knots(), series.piece);
+            let piece = sliding.series.piece;
+            let mut borders = borders(one.law.knots(), piece);
             let left = borders.find(|&(border, beyond)| {
-                let distance =
-                    distance(&series.slip, border, beyond > series.piece, at(one, border, scale));
+                let argument = sliding.argument_of_pieces(one);
+                let distance = distance(argument, border, beyond > piece, at(one, border, scale));
                 distance.is_some_and(|p| p[0] < 0.0)
             });
             if let Some((_, beyond)) = left {
-                series.piece = beyond;
+                sliding.series.piece = beyond;
                 changed = true;
             }
         }
@@ -131,15 +132,16 @@ impl LawMotion {
     pub(super) fn cut(&mut self, operator: &LawOperator, scale: f64) {
         (self.next, self.ends) = (None, None);
         let mut first = 1.0;
-        for (place, (one, Sliding { series, bounds, .. })) in
-            operator.contacts.iter().zip(&self.contacts).enumerate()
-        {
+        for (place, (one, sliding)) in operator.contacts.iter().zip(&self.contacts).enumerate() {
+            let Sliding { series, bounds, .. } = sliding;
+            let argument = sliding.argument_of_pieces(one);
+            let range = moved(argument);
             let root = |border: f64, above: bool, end: f64| {
-                if series.range() < (series.slip[0] - border).abs() {
+                if range < (argument[0] - border).abs() {
                     return None;
                 }
-                let p = distance(&series.slip, border, above, at(one, border, scale))?;
-                let error = UNIT * (border.abs() + series.range());
+                let p = distance(argument, border, above, at(one, border, scale))?;
+                let error = UNIT * (border.abs() + range);
                 match self.unit.run(FirstRoot { polynomial: &p, error, end }) {
                     Verdict::Crossing { root, .. } if root > 0.0 => Some(root),
                     _ => None,
@@ -207,12 +209,13 @@ fn slip_at(slip: &[f64; COEFFICIENTS], at: f64) -> f64 {
     slip.iter().rev().fold(0.0, |sum, c| sum * at + c)
 }
 
-/// The distance from a border within which a slip speed is at it.
+/// The distance from a border within which a slip speed or a state is at it.
 fn at(one: &LawContact, border: f64, scale: f64) -> f64 {
     match one.flow {
         Some(_) => AT_BORDER_OF_FLOW * border,
         None => {
-            let rounding = AT_BORDER * UNIT * (border.abs() + scale * one.slip_norm);
+            let norm = one.state.as_ref().map_or(one.slip_norm, |state| state.norm);
+            let rounding = AT_BORDER * UNIT * (border.abs() + scale * norm);
             match one.law {
                 FrictionLaw::Pieces(_) if border != 0.0 => rounding.min(NEAR * border.abs()),
                 _ => rounding,

@@ -90,8 +90,11 @@ impl Hysteresis {
 
 /// The square of a deflection, of either sign.
 pub(crate) fn square() -> FrictionLaw {
-    let table = Table { speeds: vec![0.0], pieces: vec![[0.0, 0.0, 1.0, 0.0]] };
-    FrictionLaw::Tabulated(Arc::new(table))
+    FrictionLaw::Tabulated(Arc::new(squares()))
+}
+
+fn squares() -> Table {
+    Table { speeds: vec![0.0], pieces: vec![[0.0, 0.0, 1.0, 0.0]] }
 }
 
 impl Bristles {
@@ -131,19 +134,23 @@ impl Bristles {
         Ok(())
     }
 
-    /// f over z in a status, in pieces `sum c_k (z - z_i)^k` from z_i on.
+    /// f over z in a status, as a law.
     pub(crate) fn loop_in(&self, status: Status, shape: Hysteresis) -> FrictionLaw {
+        FrictionLaw::Tabulated(Arc::new(self.pieces_in(status, shape)))
+    }
+
+    /// The same in pieces `sum c_k (z - z_i)^k` from z_i on.
+    fn pieces_in(&self, status: Status, shape: Hysteresis) -> Table {
         let extent = self.kinetic / self.stiffness;
-        let table = match shape {
+        match shape {
             Hysteresis::BoucWen { exponent, share } => {
                 Self::bouc_wen(status, extent, exponent, share)
             }
             Hysteresis::ElastoPlastic { break_away } => {
                 Self::elasto_plastic(status, extent, break_away)
             }
-            Hysteresis::Plane => return square(),
-        };
-        FrictionLaw::Tabulated(Arc::new(table))
+            Hysteresis::Plane => squares(),
+        }
     }
 
     fn elasto_plastic(status: Status, extent: f64, break_away: f64) -> Table {
@@ -205,11 +212,21 @@ impl Bristles {
         ])
     }
 
-    /// Force per normal force and rate of the deflection; None of a loop, whose pieces no formula joins.
-    pub(crate) fn as_formulas(&self) -> Option<[Vec<GivenOperation>; 2]> {
-        if self.hysteresis.is_some() {
-            return None;
-        }
+    /// Force per normal force and rate of the deflection for slip in a direction, by piece, and the deflections from which pieces
+    /// hold.
+    pub(crate) fn as_formulas(&self, direction: f64) -> (Vec<f64>, Vec<[Vec<GivenOperation>; 2]>) {
+        let Some(shape) = self.hysteresis else {
+            return (Vec::new(), vec![self.as_formula(None)]);
+        };
+        let status = if direction > 0.0 { Status::Negative } else { Status::Positive };
+        let Table { speeds: knots, pieces } = self.pieces_in(status, shape);
+        let given = knots.iter().copied().zip(pieces);
+        let given = given.map(|piece| self.as_formula(Some(piece))).collect();
+        (knots, given)
+    }
+
+    /// The same without a loop, or on a piece of one, from its knot and its coefficients.
+    fn as_formula(&self, piece: Option<(f64, [f64; 4])>) -> [Vec<GivenOperation>; 2] {
         // Slot 0 is |s|, 1 is z, and 2 the sign of s.
         let mut told: Vec<GivenOperation> = Vec::new();
         let mut add = |name: &str, first: usize, second: usize, number: f64| {
@@ -219,16 +236,28 @@ impl Bristles {
         let z = add("state", 0, 0, 0.0);
         let sign = add("direction", 0, 0, 0.0);
         let slip = add("multiply", sign, 0, 0.0);
-        let narrow = add("constant", 0, 0, -1.0 / (self.speed * self.speed));
-        let square = add("multiply", 0, 0, 0.0);
-        let exponent = add("multiply", narrow, square, 0.0);
-        let part = add("exp", exponent, 0, 0.0);
-        let falling = add("constant", 0, 0, (self.at_rest - self.kinetic) / self.stiffness);
-        let more = add("multiply", part, falling, 0.0);
-        let least = add("constant", 0, 0, self.kinetic / self.stiffness);
-        let largest = add("add", least, more, 0.0);
-        let bent = add("multiply", 0, z, 0.0);
-        let lost = add("divide", bent, largest, 0.0);
+        let lost = if let Some((knot, [a, b, c, d])) = piece {
+            let start = add("constant", 0, 0, knot);
+            let beyond = add("subtract", z, start, 0.0);
+            let mut sum = add("constant", 0, 0, d);
+            for coefficient in [c, b, a] {
+                let higher = add("multiply", sum, beyond, 0.0);
+                let own = add("constant", 0, 0, coefficient);
+                sum = add("add", higher, own, 0.0);
+            }
+            add("multiply", 0, sum, 0.0)
+        } else {
+            let narrow = add("constant", 0, 0, -1.0 / (self.speed * self.speed));
+            let square = add("multiply", 0, 0, 0.0);
+            let exponent = add("multiply", narrow, square, 0.0);
+            let part = add("exp", exponent, 0, 0.0);
+            let falling = add("constant", 0, 0, (self.at_rest - self.kinetic) / self.stiffness);
+            let more = add("multiply", part, falling, 0.0);
+            let least = add("constant", 0, 0, self.kinetic / self.stiffness);
+            let largest = add("add", least, more, 0.0);
+            let bent = add("multiply", 0, z, 0.0);
+            add("divide", bent, largest, 0.0)
+        };
         let rate = add("subtract", slip, lost, 0.0);
         let damping = add("constant", 0, 0, self.damping);
         let damped = add("multiply", rate, damping, 0.0);
@@ -239,7 +268,7 @@ impl Bristles {
         let dragged = add("multiply", slip, viscous, 0.0);
         add("add", held, dragged, 0.0);
         let of_rate = told[..rate].to_vec();
-        Some([told, of_rate])
+        [told, of_rate]
     }
 
     /// g

@@ -8,7 +8,8 @@
 //! velocity is; the place of p means nothing. The factor c makes z as large as a velocity: where `f = N |d force / d z|` and
 //! `g = |d rate / d s|`, at rest or in steady slip, small motions of t and p feel each other alike with `c^2 = f / (m g)`. Bristles have `f = N sigma_0`,
 //! `g = 1`, and the kinetic energy of p is then what they store. A formula may jump as slip turns neither in force nor in rate;
-//! where it has a kink there, as `abs(s)` has, the phase ends, so that both are analytic within a phase.
+//! where it has a kink there, as `abs(s)` has, the phase ends, so that both are analytic within a phase. Loops have pieces over z:
+//! where z comes to the border of two, a panel ends.
 //!
 //! The normal force of a contact with a normal direction is a reaction, affine in the state: `force(s, z) N` is a product of two series
 //! then, and T depends on N in every transition and mode as a sliding friction force does, with `mu = force sgn s`. The contact
@@ -22,7 +23,7 @@ use crate::error::input::Error;
 use crate::numerics::bracket::Bracket;
 use crate::scene::friction::bristles::{Bristles, Hysteresis};
 use crate::scene::friction::formula::{Formula, GivenOperation};
-use crate::scene::friction::law::FrictionLaw;
+use crate::scene::friction::law::{FrictionLaw, Pieces, piece_at};
 use crate::scene::status::Status;
 
 /// What the friction of a contact with a state follows.
@@ -37,9 +38,46 @@ pub enum ContactState {
 /// The friction force per normal force over slip velocity and state, and the rate of the state, for slip in the positive and in
 /// the negative direction.
 #[derive(Debug, PartialEq)]
-pub struct StateFormulas {
-    force: [Arc<Formula>; 2],
-    rate: [Arc<Formula>; 2],
+pub struct StateFormulas([InDirection; 2]);
+
+/// Force and rate for slip in one direction.
+#[derive(Debug, PartialEq)]
+pub(crate) struct InDirection {
+    /// States from which pieces hold, ascending, the first one also below; empty where one piece holds everywhere. Force and rate
+    /// do not jump from one to the next.
+    pub knots: Vec<f64>,
+    /// Force and rate by piece.
+    pub pieces: Vec<[Arc<Formula>; 2]>,
+}
+
+impl InDirection {
+    /// From the operations of force and rate by piece.
+    fn new(
+        knots: Vec<f64>,
+        given: &[[Vec<GivenOperation>; 2]],
+        direction: f64,
+    ) -> Result<Self, Error> {
+        let of = |given: &[GivenOperation]| Formula::in_direction(given, direction).map(Arc::new);
+        let both = |[force, rate]: &[Vec<GivenOperation>; 2]| Ok([of(force)?, of(rate)?]);
+        Ok(Self { knots, pieces: given.iter().map(both).collect::<Result<_, Error>>()? })
+    }
+
+    /// Force and rate at a state.
+    pub(crate) fn at(&self, state: f64) -> &[Arc<Formula>; 2] {
+        &self.pieces[piece_at(&self.knots, state)]
+    }
+
+    /// Force and rate as laws of the slip speed and the state.
+    pub(crate) fn laws(&self) -> [FrictionLaw; 2] {
+        [0, 1].map(|place| {
+            let mut laws =
+                self.pieces.iter().map(|both| FrictionLaw::Formula(both[place].clone())).collect();
+            match self.knots.is_empty() {
+                true => Vec::swap_remove(&mut laws, 0),
+                false => FrictionLaw::Pieces(Arc::new(Pieces { knots: self.knots.clone(), laws })),
+            }
+        })
+    }
 }
 
 /// Powers of ten, up and down, between which the state of steady slip is sought.
@@ -52,27 +90,33 @@ const VANISHES: f64 = 1e-6;
 impl StateFormulas {
     /// From the operations of both, as for [`FrictionLaw::formula`]; `state` is z, and `direction` the sign of s.
     pub fn new(force: &[GivenOperation], rate: &[GivenOperation]) -> Result<Self, Error> {
-        let both = |given: &[GivenOperation]| -> Result<[Arc<Formula>; 2], Error> {
-            let of = |direction| Formula::in_direction(given, direction).map(Arc::new);
-            Ok([of(1.0)?, of(-1.0)?])
+        let given = [[force.to_vec(), rate.to_vec()]];
+        let of = |direction| InDirection::new(Vec::new(), &given, direction);
+        Ok(Self([of(1.0)?, of(-1.0)?]))
+    }
+
+    /// Those of bristles.
+    fn of_bristles(numbers: &Bristles) -> Result<Self, Error> {
+        let of = |direction| {
+            let (knots, given) = numbers.as_formulas(direction);
+            InDirection::new(knots, &given, direction)
         };
-        Ok(Self { force: both(force)?, rate: both(rate)? })
+        Ok(Self([of(1.0)?, of(-1.0)?]))
     }
 
     /// Force and rate in a status.
-    pub(crate) fn in_status(&self, status: Status) -> [&Arc<Formula>; 2] {
+    pub(crate) fn in_status(&self, status: Status) -> &InDirection {
         self.along(-status.friction_sign())
     }
 
     /// The same for slip in a direction.
-    fn along(&self, slip: f64) -> [&Arc<Formula>; 2] {
-        let place = usize::from(slip < 0.0);
-        [&self.force[place], &self.rate[place]]
+    fn along(&self, slip: f64) -> &InDirection {
+        &self.0[usize::from(slip < 0.0)]
     }
 
     /// Force and rate at a slip velocity and a state, each with its slopes over s and z.
     fn at(&self, slip: f64, state: f64) -> [(f64, [f64; 2]); 2] {
-        self.along(slip).map(|formula| {
+        self.along(slip).at(state).each_ref().map(|formula| {
             let (value, [by_speed, by_state]) = formula.with_slopes(slip.abs(), state);
             (value, [by_speed * 1.0_f64.copysign(slip), by_state])
         })
@@ -114,8 +158,10 @@ impl StateFormulas {
             },
         };
         for state in [0.0, steady, -steady] {
-            for (name, [forth, back]) in [("force", &self.force), ("rate", &self.rate)] {
-                let [forth, back] = [forth, back].map(|formula| formula.with_slopes(0.0, state).0);
+            let [of_forth, of_back] = self.0.each_ref().map(|of| of.at(state));
+            for (name, place) in [("force", 0), ("rate", 1)] {
+                let [forth, back] =
+                    [of_forth, of_back].map(|both| both[place].with_slopes(0.0, state).0);
                 if (forth - back).abs() > JOINED * (forth.abs() + back.abs()) {
                     return refused(format!(
                         "the {name} must not jump as slip turns, got {forth:e} and {back:e} at z = {state:e}"
@@ -128,16 +174,14 @@ impl StateFormulas {
 }
 
 impl ContactState {
-    /// The law where the normal force changes: force and rate as formulas. None of loops.
-    pub(crate) fn pressed(&self) -> Option<Self> {
-        match self {
+    /// The law where the normal force changes: force and rate as formulas.
+    pub(crate) fn pressed(&self) -> Result<Self, Error> {
+        Ok(match self {
             Self::Bristles(numbers) => {
-                let [force, rate] = numbers.as_formulas()?;
-                let formulas = StateFormulas::new(&force, &rate).ok()?;
-                Some(Self::Formulas(Arc::new(formulas)))
+                Self::Formulas(Arc::new(StateFormulas::of_bristles(numbers)?))
             }
-            Self::Formulas(_) => Some(self.clone()),
-        }
+            Self::Formulas(_) => self.clone(),
+        })
     }
 
     pub(crate) fn validate(&self, contact: usize, slider_speed: f64) -> Result<(), Error> {
@@ -151,7 +195,9 @@ impl ContactState {
     pub(crate) fn law(&self) -> Result<FrictionLaw, Error> {
         match self {
             Self::Bristles(numbers) => numbers.law(),
-            Self::Formulas(formulas) => Ok(FrictionLaw::Formula(formulas.force[0].clone())),
+            Self::Formulas(formulas) => {
+                Ok(FrictionLaw::Formula(formulas.0[0].pieces[0][0].clone()))
+            }
         }
     }
 
@@ -220,12 +266,11 @@ impl StateContact {
         (tangential, slider_speed): (usize, f64),
         (coordinate, mass): (usize, f64),
         (normal, normal_force): (Option<usize>, f64),
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let scale = state.scale(normal_force, mass, slider_speed);
         let scale = if scale > 0.0 { scale } else { 1.0 };
-        let pressed = normal.and_then(|_| state.pressed());
-        let law = pressed.unwrap_or_else(|| state.clone());
-        Self { law, normal_force, normal, coordinate, mass, scale, tangential }
+        let law = if normal.is_some() { state.pressed()? } else { state.clone() };
+        Ok(Self { law, normal_force, normal, coordinate, mass, scale, tangential })
     }
 
     /// The velocity that is z, with its weight.
@@ -285,8 +330,9 @@ impl StateContact {
             return 0.0;
         }
         let speed = (u[self.tangential] - slider_speed).abs();
-        let [force, _] = formulas.in_status(status);
-        -status.friction_sign() * force.with_slopes(speed, self.state_in(u)).0
+        let state = self.state_in(u);
+        let [force, _] = formulas.in_status(status).at(state);
+        -status.friction_sign() * force.with_slopes(speed, state).0
     }
 
     /// p' of steady slip.

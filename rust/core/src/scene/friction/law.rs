@@ -155,7 +155,7 @@ impl Table {
     }
 }
 
-fn piece_at(knots: &[f64], at: f64) -> usize {
+pub(crate) fn piece_at(knots: &[f64], at: f64) -> usize {
     knots.partition_point(|&knot| knot <= at).max(1) - 1
 }
 

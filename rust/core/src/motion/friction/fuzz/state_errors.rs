@@ -111,7 +111,10 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
                     ContactState::Bristles(numbers) => numbers,
                     ContactState::Formulas(formulas) => {
                         let own: Vec<Doubled> = z.iter().map(|z| z[i]).collect();
-                        let both = formulas.in_status(Status::Positive);
+                        let of = formulas.in_status(Status::Positive);
+                        // Slip takes z down from a border of two pieces.
+                        let beside = SIDE * of.knots.first().map_or(0.0, |knot| knot.abs());
+                        let both = of.at(own[0].value() - beside);
                         let [force, rate] = [0, 1].map(|place| {
                             let inner = &mut of_formulas[place][i];
                             slots(both[place].operations(), &slips[i], &own, inner);
@@ -282,8 +285,21 @@ fn formulas() -> impl Strategy<Value = StateFormulas> {
     })
 }
 
+/// Loops by formulas in pieces, as under a normal force that changes.
+fn loops() -> impl Strategy<Value = ContactState> {
+    let elastic = (bristles(), 0.1..0.9f64).prop_map(|(numbers, break_away)| Bristles {
+        at_rest: numbers.kinetic,
+        hysteresis: Some(Hysteresis::ElastoPlastic { break_away }),
+        ..numbers
+    });
+    let turned = bristles().prop_filter("a loop", |numbers| numbers.hysteresis.is_some());
+    prop_oneof![elastic, turned]
+        .prop_map(|numbers| ContactState::Bristles(numbers).pressed().expect("operations"))
+}
+
 fn states() -> impl Strategy<Value = ContactState> {
     prop_oneof![
+        loops(),
         bristles().prop_map(ContactState::Bristles),
         formulas().prop_map(|formulas| ContactState::Formulas(Arc::new(formulas))),
     ]
@@ -328,9 +344,13 @@ proptest! {
         }
         for (k, (_, own)) in scene.state_contacts().enumerate() {
             // The time of contact is positive.
-            let part = match own.law {
-                ContactState::Bristles(_) => start[k],
-                ContactState::Formulas(_) => 1.0 + 0.5 * start[k],
+            let part = match &own.law {
+                ContactState::Formulas(formulas)
+                    if formulas.in_status(Status::Positive).knots.is_empty() =>
+                {
+                    1.0 + 0.5 * start[k]
+                }
+                _ => start[k],
             };
             u[own.coordinate] = part * own.steady_rate(-SPEED);
         }

@@ -93,13 +93,19 @@ impl LawContact {
         self.is_element() && matches!(self.law, FrictionLaw::Formula(_))
     }
 
-    /// The formula of a contact with a state, and this state.
+    /// The formula of a contact with a state that holds on a piece of its states, and this state.
     #[inline(always)]
-    pub fn with_state(&self) -> Option<(&Formula, &StateInput)> {
-        match (&self.law, &self.state) {
+    pub fn with_state(&self, piece: usize) -> Option<(&Formula, &StateInput)> {
+        match (self.law.on(piece), &self.state) {
             (FrictionLaw::Formula(formula), Some(state)) => Some((formula, state)),
             _ => None,
         }
+    }
+
+    /// The piece of its law that holds in one state, at a slip speed.
+    pub fn piece(&self, speed: f64, q: &[f64], u: &[f64]) -> usize {
+        let argument = self.state.as_ref().map_or(speed, |state| state.value.value(q, u));
+        self.law.piece(argument)
     }
 
     /// The coordinate whose velocity is the deflection of bristles in its place for N, with its weight.
@@ -127,15 +133,18 @@ impl LawContact {
         self.state.as_ref().is_some_and(|state| !state.pressed)
     }
 
-    /// A formula with a state, in one state.
-    fn formula_value(&self, q: &[f64], u: &[f64]) -> Option<f64> {
-        let (formula, state) = self.with_state()?;
-        Some(formula.with_slopes(self.speed(q, u), state.value.value(q, u)).0)
+    /// A formula with a state, in one state, with its slopes over slip speed and state; 0 of other laws.
+    pub fn formula_at(&self, q: &[f64], u: &[f64]) -> (f64, [f64; 2]) {
+        let speed = self.speed(q, u);
+        match self.with_state(self.piece(speed, q, u)) {
+            Some((formula, state)) => formula.with_slopes(speed, state.value.value(q, u)),
+            None => (0.0, [0.0; 2]),
+        }
     }
 
     /// The value of a formula with a state, which no normal force multiplies; 0 of other laws.
     pub fn value_with_state(&self, q: &[f64], u: &[f64]) -> f64 {
-        if self.is_bare() { self.formula_value(q, u).unwrap_or(0.0) } else { 0.0 }
+        if self.is_bare() { self.formula_at(q, u).0 } else { 0.0 }
     }
 
     /// `mu(|s|) - mu(0)`, or a formula with a state that N multiplies; 0 of one without this factor.
@@ -143,8 +152,10 @@ impl LawContact {
         if self.is_bare() {
             return 0.0;
         }
-        let excess = || self.law.value(self.speed(q, u)) - self.law.value(0.0);
-        self.formula_value(q, u).unwrap_or_else(excess)
+        match self.state {
+            Some(_) => self.formula_at(q, u).0,
+            None => self.law.value(self.speed(q, u)) - self.law.value(0.0),
+        }
     }
 
     /// Adds what a force of its law is to a residual.

@@ -11,7 +11,7 @@ use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::interval::Interval;
 use crate::scene::elements::element::Element;
 use crate::scene::friction::decay::{DecayPanel, product, terms_left_out};
-use crate::scene::friction::formula::Formula;
+use crate::scene::friction::formula::{Formula, seeds};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -114,16 +114,35 @@ impl LawSeries {
         self.formula.reaches[1]
     }
 
-    /// Bounds of a formula with a state on a panel, where slip speed and state are within `wide` of where they begin, and a
-    /// bound of its slope over the state.
+    /// Bounds of a law with a state on a panel that was shortened some times, the slopes also where slip speed and state, which
+    /// begins at `state` and moves that far, are off by `beyond`, and a bound of the slope over the state.
     pub fn bounds_with_state(
         &self,
-        formula: &Formula,
-        state: f64,
-        wide: [f64; 2],
+        law: &FrictionLaw,
+        [state, moves]: [f64; 2],
+        beyond: [f64; 2],
         shortenings: usize,
     ) -> (LawBounds, f64) {
-        self.formula.bounds(formula, [(self.slip[0], wide[0]), (state, wide[1])], shortenings)
+        let FrictionLaw::Formula(formula) = law.on(self.piece) else {
+            return (LawBounds::NONE, f64::INFINITY);
+        };
+        let (speed, wide) = (self.slip[0], self.range() + beyond[0]);
+        let inputs = [(speed, wide), (state, moves + beyond[1])];
+        let (mut bounds, mut by_state) = self.formula.bounds(formula, inputs, shortenings);
+        for (border, piece) in borders(law.knots(), self.piece) {
+            // The polynomial stays in its piece, as the panel is cut at a border; what is off by `beyond` may be past it.
+            let FrictionLaw::Formula(other) = law.on(piece) else { continue };
+            if (state - border).abs() > inputs[1].1 {
+                continue;
+            }
+            let around = |at: f64, wide: f64| Interval { low: at - wide, high: at + wide };
+            let [of_speed, of_state] = seeds(around(speed, wide), around(border, beyond[1]))
+                .map(|inputs| other.slots(inputs).last().map_or(Interval::ALL, |jet| jet.first));
+            let Interval { low, high } = bounds.slopes;
+            bounds.slopes = Interval { low: low.min(of_speed.low), high: high.max(of_speed.high) };
+            by_state = by_state.max(of_state.largest());
+        }
+        (bounds, by_state)
     }
 
     /// Its slopes over the slip speed and over the state, along the panel.

@@ -7,6 +7,9 @@ use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
+/// Distance of a steady state from where two pieces meet, relative to it, that is rounding.
+const AT_KNOT: f64 = 1e-9;
+
 /// Taylor coefficients up to the third order.
 type Cubic = [f64; 4];
 
@@ -56,7 +59,11 @@ fn along(own: &StateContact, law: &FrictionLaw, s: [f64; 2], z: [f64; 2]) -> Opt
     let numbers = match &own.law {
         ContactState::Bristles(numbers) => numbers,
         ContactState::Formulas(formulas) => {
-            return Some(formulas.in_status(status).map(|formula| {
+            let of = formulas.in_status(status);
+            if of.knots.iter().any(|knot| (state[0] - knot).abs() <= AT_KNOT * state[0].abs()) {
+                return None;
+            }
+            return Some(of.at(state[0]).each_ref().map(|formula| {
                 let (law, mut series) =
                     (FrictionLaw::Formula(formula.clone()), LawSeries::default());
                 std::array::from_fn(|k| series.extend(&law, k, [speed[k], state[k]], 0.0).0)
