@@ -343,7 +343,7 @@ def test_a_band_of_a_large_scene_and_what_is_missing_along_its_curves(monkeypatc
     for name, count in (("CELLS", 3), ("VALUES", 11)):
         monkeypatch.setattr(sys.modules["stickslip.report.findings"], name, count)
     mesh, ranges = quad_block(10, 6, 2, sparse=True), {"friction": [0.0, 0.5], "stiffness": [0.95, 1.05]}
-    settings = {"duration": 1e-4}
+    settings = {"duration": 1e-4, "time_limit": 2.0}
     found = findings(mesh, "x", settings=settings, parameters=ranges, band=(38e3, 45e3))
     assert len(mesh.dofs) == 132
     assert 0 < len(found.modes) < 10

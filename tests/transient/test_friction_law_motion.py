@@ -84,9 +84,10 @@ def test_events_of_two_contacts_agree_with_45_digits(law):
 
 
 @pytest.mark.slow
-def test_a_hundred_events_of_two_contacts_agree_with_45_digits():
+@pytest.mark.parametrize("events", [20, pytest.param(100, marks=pytest.mark.nightly)])
+def test_events_of_two_laws_agree_with_45_digits(events):
     laws = [Stribeck(1.5, 1.2, 0.1), Rational(1.5, 1.2, 0.1)]
-    compare(*two_subsystems(laws), events=100, until=1.0)
+    compare(*two_subsystems(laws), events=events, until=1.0)
 
 
 @pytest.mark.slow
