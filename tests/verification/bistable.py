@@ -78,7 +78,7 @@ def orbit(speed, guess):
         high, _, second, above = to_turn(low, e, BOX[0])
         return high - rest - amplitude, first + second, above
 
-    amplitude = mp.findroot(lambda a: around(a)[0], (guess, 1.0001 * guess), solver="secant", tol=1e-50)
+    amplitude = mp.findroot(lambda a: around(a)[0], (guess, 1.0001 * guess), solver="secant", tol=1e-28)
     _, period, above = around(amplitude)
     return amplitude, period, above
 

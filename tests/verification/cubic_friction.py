@@ -63,7 +63,7 @@ def touching():
         start = [a - 2 * beta * v, v]
         return until(rates, start, acceleration, step=STEP, after=3)[1][1] - v
 
-    return mp.findroot(excess, (mp.mpf("0.394"), mp.mpf("0.396")), solver="secant", tol=1e-50)
+    return mp.findroot(excess, (mp.mpf("0.394"), mp.mpf("0.396")), solver="secant", tol=1e-28)
 
 
 def touched(cycle):

@@ -92,7 +92,7 @@ def fold():
         slide = on_belt(speed, (FORCE * STATIC - DAMPING * speed) / STIFFNESS, speed)
         return slide.until(slide.acceleration, after=0.3).state[1] - speed
 
-    return mp.findroot(excess, (mp.mpf("0.602"), mp.mpf("0.603")), solver="secant", tol=1e-50)
+    return mp.findroot(excess, (mp.mpf("0.602"), mp.mpf("0.603")), solver="secant", tol=1e-28)
 
 
 def closed(speed, guess):
@@ -106,7 +106,7 @@ def closed(speed, guess):
     def excess(x):
         return turned(x).state[0] - x
 
-    place = mp.findroot(excess, (guess, guess * (1 + mp.mpf(10) ** -6)), solver="secant", tol=1e-50)
+    place = mp.findroot(excess, (guess, guess * (1 + mp.mpf(10) ** -6)), solver="secant", tol=1e-28)
     end = turned(place)
     return end.time, mp.exp(end.divergence)
 
