@@ -327,6 +327,13 @@ class Reference:
         others = [j for j, status in enumerate(self.statuses) if status == "s"]
         if any(self._limit(j, self.time, self.state) < 0 for j in others):
             raise NotImplementedError("two slips begin at nearly the same time")
+        force = self.reaction(self.time, self.state)
+        for j, pad in enumerate(self.given.pads):
+            if pad.normal is not None:
+                apart = self.statuses[j] == "d"
+                left = self.state[pad.normal] if apart else self.pressed(j, force)
+                if left < 0:
+                    raise NotImplementedError("a contact opens or closes just after a slip begins")
 
     def _stop(self, k: int) -> None:
         """End a slip of which little is left: the forces on the contact are constant."""
