@@ -18,6 +18,8 @@ from verification.case import Case, Quantity, decimal, mp
 DAMPING, KINETIC, RATIO, DECAY = 0.05, 0.5, 2.0, 0.5
 #: Terms of a Taylor series, and steps of 0.2: its radius is about 1, so that 0.2^45 is 1e-31.
 TERMS, STEP = 45, mp.mpf("0.2")
+#: Steps of the secant method, which then is in the rounding of its series; it checks itself to 25 digits.
+STEPS = 8
 #: Largest displacement and velocity of the starts, m and m/s: x from -2, x' from 0.
 BOX = 2, 2
 
@@ -78,7 +80,9 @@ def orbit(speed, guess):
         high, _, second, above = to_turn(low, e, BOX[0])
         return high - rest - amplitude, first + second, above
 
-    amplitude = mp.findroot(lambda a: around(a)[0], (guess, 1.0001 * guess), solver="secant", tol=1e-28)
+    amplitude = mp.findroot(
+        lambda a: around(a)[0], (guess, 1.0001 * guess), solver="secant", tol=1e-50, maxsteps=STEPS
+    )
     _, period, above = around(amplitude)
     return amplitude, period, above
 

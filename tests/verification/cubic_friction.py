@@ -17,6 +17,8 @@ from verification.taylor import closed_orbit, product, until
 
 DAMPING, STATIC, LEAST, SCALE, SPEED = 0.05, 0.4, 0.25, 0.5, 0.42
 STEP = mp.mpf("0.1")
+#: Steps of the secant method, which then is in the rounding of its series; it checks itself to 25 digits.
+STEPS = 8
 
 
 def rates_at(v):
@@ -63,7 +65,7 @@ def touching():
         start = [a - 2 * beta * v, v]
         return until(rates, start, acceleration, step=STEP, after=3)[1][1] - v
 
-    return mp.findroot(excess, (mp.mpf("0.394"), mp.mpf("0.396")), solver="secant", tol=1e-28)
+    return mp.findroot(excess, (mp.mpf("0.394"), mp.mpf("0.396")), solver="secant", tol=1e-50, maxsteps=STEPS)
 
 
 def touched(cycle):

@@ -19,6 +19,8 @@ from verification.case import Case, Quantity, decimal, mp
 
 ORDER = 40
 STEP = mp.mpf(1) / 200
+#: Steps of the secant method, which then is in the rounding of its series; it checks itself to 25 digits.
+STEPS = 8
 STATIC, KINETIC, SCALE, FORCE, DAMPING, STIFFNESS = map(decimal, (0.5, 0.3, 0.1, 10.0, 1.0, 100.0))
 HOPF = SCALE * mp.log(FORCE * (STATIC - KINETIC) / (SCALE * DAMPING))
 
@@ -92,7 +94,7 @@ def fold():
         slide = on_belt(speed, (FORCE * STATIC - DAMPING * speed) / STIFFNESS, speed)
         return slide.until(slide.acceleration, after=0.3).state[1] - speed
 
-    return mp.findroot(excess, (mp.mpf("0.602"), mp.mpf("0.603")), solver="secant", tol=1e-28)
+    return mp.findroot(excess, (mp.mpf("0.602"), mp.mpf("0.603")), solver="secant", tol=1e-50, maxsteps=STEPS)
 
 
 def closed(speed, guess):
@@ -106,7 +108,9 @@ def closed(speed, guess):
     def excess(x):
         return turned(x).state[0] - x
 
-    place = mp.findroot(excess, (guess, guess * (1 + mp.mpf(10) ** -6)), solver="secant", tol=1e-28)
+    place = mp.findroot(
+        excess, (guess, guess * (1 + mp.mpf(10) ** -6)), solver="secant", tol=1e-50, maxsteps=STEPS
+    )
     end = turned(place)
     return end.time, mp.exp(end.divergence)
 
