@@ -8,6 +8,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::settlement::Departure;
 use crate::error::input::Error;
+use crate::linalg::dense::max_norm;
 use crate::scene::contact_law::{Contact, Plane, check_finite};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
@@ -60,10 +61,9 @@ pub(crate) fn coordinates_at(
         let status = status.letter();
         Error::ViolatedStatus { argument, contact, status, quantity, value }
     };
-    let largest = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let (length, speed) = {
         let (q, u) = scene.at_rest(&q, &u);
-        (largest(&q), largest(&u))
+        (max_norm(&q), max_norm(&u))
     };
     for (contact, (law, &status)) in
         scene.contacts.iter().zip(state.combination.statuses()).enumerate()

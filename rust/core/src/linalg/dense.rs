@@ -24,6 +24,16 @@ pub(crate) const INDEFINITE: f64 = 1e-14;
 /// Rows up to which pivots are searched for in the whole matrix; beyond, only partial pivoting is quick.
 const COMPLETE_PIVOTING: usize = 200;
 
+/// The largest modulus of an entry.
+pub(crate) fn max_norm(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+}
+
+/// The largest modulus of a difference of two entries.
+pub(crate) fn max_distance(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).fold(0.0, |size: f64, (x, y)| size.max((x - y).abs()))
+}
+
 /// `matrix x`
 pub(crate) fn apply(matrix: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
     (matrix * DVectorView::from_slice(x, x.len())).data.into()

@@ -22,7 +22,7 @@ use crate::contact::contact_forces::{contact_forces, contact_forces_in, reaction
 use crate::contact::event_function::{ConePart, EventFunction, event_functions, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::exhaustions;
-use crate::linalg::dense::solve;
+use crate::linalg::dense::{max_distance, max_norm, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::Modes;
 use crate::scene::contact_law::Contact;
@@ -106,8 +106,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         let Some((rest, _)) = place_at_rest(&linear.at_steady_sliding(), combination, &q) else {
             return false;
         };
-        let moved = about.iter().zip(&rest).fold(0.0, |size: f64, (a, b)| size.max((b - a).abs()));
-        let size = rest.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let moved = max_distance(&about, &rest);
+        let size = max_norm(&rest);
         about = rest;
         if !(moved > NEAR * size) {
             break;

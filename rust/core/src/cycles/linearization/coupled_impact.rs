@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::cycles::linearization::joint::{Impulse, response};
-use crate::linalg::dense::{impulses_of, solve};
+use crate::linalg::dense::{impulses_of, max_norm, solve};
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -35,7 +35,7 @@ pub(crate) fn coupled_impact(
         }
     };
     let rubs = scene.impacts_rub();
-    let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
+    let largest = max_norm(&impulse);
     // Velocities that do not depend on what they were.
     let mut set = vec![false; count];
     let impulses: Vec<Option<Impulse>> = scene

@@ -18,6 +18,7 @@ use std::sync::Arc;
 
 use crate::contact::linear_friction::of_phase;
 use crate::error::input::Error;
+use crate::linalg::dense::max_norm;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::method::{Method, Wanted};
@@ -105,11 +106,9 @@ impl<'a> Flow<'a> {
     /// Gives up motions far faster than the fastest start.
     pub fn stay_near<'s>(&self, starts: impl Iterator<Item = &'s [f64]>) {
         let structure = self.scene.structure();
-        let size =
-            |half: &[f64]| half[..structure].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let speed = starts.fold(0.0, |speed: f64, start| {
             let (q, u) = start.split_at(self.scene.size);
-            speed.max(size(u)).max(self.fastest * size(q))
+            speed.max(max_norm(&u[..structure])).max(self.fastest * max_norm(&q[..structure]))
         });
         if speed > 0.0 {
             self.running.borrow_mut().0.give_up_beyond(BEYOND * speed);
@@ -149,10 +148,9 @@ impl<'a> Flow<'a> {
     fn series(&self, start: &[f64], duration: f64) -> Option<Vec<f64>> {
         let mut end = start.to_vec();
         let mut term: Vec<f64> = self.field(start).iter().map(|rate| duration * rate).collect();
-        let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let halves = |values: &[f64]| {
             let (position, velocity) = values.split_at(self.scene.size);
-            (size(position), size(velocity))
+            (max_norm(position), max_norm(velocity))
         };
         let mut largest = (0.0f64, 0.0f64);
         for order in 2..=TERMS + 1 {

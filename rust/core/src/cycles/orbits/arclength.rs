@@ -71,7 +71,7 @@ impl Orbit {
 
     fn mismatch_in(&self, propagators: &Arc<Propagators>) -> Result<Mismatch, OrbitFailure> {
         let orbit = self.placed(propagators)?;
-        let pass = orbit.pass(&orbit.flows()?, &|| false)?;
+        let pass = orbit.pass(&orbit.flows()?)?;
         Ok(orbit.mismatches(&pass))
     }
 
@@ -94,7 +94,7 @@ impl Orbit {
         before: Option<&Tangent>,
     ) -> Result<Tangent, OrbitFailure> {
         let flows = self.flows()?;
-        let pass = self.pass(&flows, &|| false)?;
+        let pass = self.pass(&flows)?;
         let shooting = Shooting::new(self, &flows, &pass, self.scales());
         let sensitivity = self.sensitivity(sides)?;
         let free = shooting.free.len();
@@ -120,7 +120,7 @@ impl Orbit {
     ) -> Result<Self, OrbitFailure> {
         let flows = self.flows()?;
         let scales = self.scales();
-        let shooting = Shooting::new(self, &flows, &self.pass(&flows, &|| false)?, scales);
+        let shooting = Shooting::new(self, &flows, &self.pass(&flows)?, scales);
         let advance = self.sensitivity(sides)?.times(length * tangent.parameter);
         let section: Vec<f64> = shooting.state(&tangent.state).iter().map(|x| x * length).collect();
         let mut guess = self.clone();
@@ -138,7 +138,7 @@ impl Orbit {
         let mut orbit = self.placed(propagators)?;
         let flows = flows(propagators, orbit.method, &orbit.steps)?;
         let scales = orbit.scales();
-        let pass = orbit.pass(&flows, &|| false)?;
+        let pass = orbit.pass(&flows)?;
         orbit.residual = orbit.mismatch(&pass.arrived, scales);
         let shooting = Shooting::new(&orbit, &flows, &pass, scales);
         let sensitivity = orbit.sensitivity(sides)?;

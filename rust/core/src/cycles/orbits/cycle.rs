@@ -256,7 +256,7 @@ impl Orbit {
     /// How fast the event function of the event that ends each phase crosses zero, `grad h . f-`, its unit per second:
     /// zero where the event only touches. It is 1 where the time of the event is known explicitly.
     pub fn crossing_speeds(&self) -> Result<Vec<f64>, OrbitFailure> {
-        let pass = self.pass(&self.flows()?, &|| false)?;
+        let pass = self.pass(&self.flows()?)?;
         Ok(pass.linearised.iter().map(|event| event.speed).collect())
     }
 

@@ -47,7 +47,7 @@ impl Orbit {
     /// columns outside the admissible space are zero.
     pub fn monodromy(&self) -> Result<DMatrix<f64>, OrbitFailure> {
         let flows = self.flows()?;
-        let pass = self.pass(&flows, &|| false)?;
+        let pass = self.pass(&flows)?;
         Ok(chained(&self.fundamental_maps(&flows, &pass), 0))
     }
 
@@ -67,7 +67,7 @@ impl Orbit {
     /// multipliers are zero. It is formed from the narrowest admissible space on.
     pub fn multipliers(&self, is_over: &dyn Fn() -> bool) -> Result<Multipliers, OrbitFailure> {
         let flows = self.flows()?;
-        let pass = self.pass(&flows, is_over)?;
+        let pass = self.pass_until(&flows, is_over)?;
         let count = self.steps.len();
         let dimensions: Vec<usize> = flows.iter().map(|flow| flow.section.len()).collect();
         let losses: Vec<usize> = (0..count)

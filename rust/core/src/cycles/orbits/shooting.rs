@@ -222,7 +222,13 @@ impl Orbit {
         Err(OrbitFailure::Diverged { steps: STEPS, change: last })
     }
 
-    pub(crate) fn pass(
+    /// All phases in turn, each linearised.
+    pub(crate) fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
+        self.pass_until(flows, &|| false)
+    }
+
+    /// The same, given up once `is_over`.
+    pub(super) fn pass_until(
         &self,
         flows: &[Flow<'_>],
         is_over: &dyn Fn() -> bool,

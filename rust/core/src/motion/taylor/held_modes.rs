@@ -199,7 +199,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::linalg::dense::is_diagonal;
+    use crate::linalg::dense::{is_diagonal, max_norm};
     use crate::motion::method_cost::pays_held_modes;
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
 
@@ -272,7 +272,7 @@ mod tests {
             let forces = modes.inverse.tr_mul(&part);
             modes.free.iter().zip(&forces).for_each(|(&k, &force)| found[k] = force);
             let expected = scene.residual(1.0, &state, &state);
-            let size = expected.iter().fold(0.0, |size: f64, force| size.max(force.abs()));
+            let size = max_norm(&expected);
             for (found, expected) in found.iter().zip(&expected) {
                 prop_assert!((found - expected).abs() <= 1e-12 * size, "{found} of {expected}");
             }

@@ -6,6 +6,7 @@
 //! states of rest; this one is connected to that of the linear scene.
 
 use crate::error::input::Error;
+use crate::linalg::dense::{max_distance, max_norm};
 use crate::scene::model::{Scene, State};
 use crate::scene::statics::equilibrium::Equilibrium;
 use crate::scene::status::{Combination, Status};
@@ -118,9 +119,7 @@ impl Scene {
             if near {
                 return Some((found, next));
             }
-            let size = next.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            let moved = q.iter().zip(&next).fold(0.0, |size: f64, (a, b)| size.max((b - a).abs()));
-            near = moved <= NEAR * size;
+            near = max_distance(&q, &next) <= NEAR * max_norm(&next);
             q = next;
         }
         None

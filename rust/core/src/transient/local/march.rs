@@ -10,6 +10,7 @@ use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::input::Error;
+use crate::linalg::dense::max_norm;
 use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::locality::Kind;
 use crate::motion::local::reach::Reaches;
@@ -156,8 +157,7 @@ impl<'a> March<'a> {
         if let Some(reason) = self.asked_to_stop() {
             return PanelEnd::Stop(0.0, reason);
         }
-        let structure = &self.state.u[..self.state.scene.structure()];
-        self.speed = structure.iter().fold(0.0, |size, u| size.max(u.abs()));
+        self.speed = max_norm(&self.state.u[..self.state.scene.structure()]);
         self.field.begin(&self.settlement.statuses, &self.state.q, &self.state.u);
         self.state.trajectory.counters.panels += 1;
         self.next.begin_panel();

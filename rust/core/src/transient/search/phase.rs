@@ -7,6 +7,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
 use crate::error::run::{LawEnd, RunFailure};
+use crate::linalg::dense::max_norm;
 use crate::motion::friction::series::law_contact::LawOf;
 use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
@@ -236,7 +237,7 @@ impl PhaseSearch {
     /// impacts of one are no series of its own while others bounce.
     fn end_bounces(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
         let RunState { scene, u, time, controls, .. } = run;
-        let fastest = || u[..scene.structure()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let fastest = || max_norm(&u[..scene.structure()]);
         let tolerance = controls.accumulation_tolerance;
         let seconds = time.seconds;
         if let Some(limit) = self.on_panel.bounces(scene, functions, u, seconds, tolerance, fastest)

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
+use crate::linalg::dense::{max_distance, max_norm};
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::motion::LawMotion;
@@ -273,7 +274,7 @@ proptest! {
                 }
                 slowest = slowest.min(speed(&u));
                 let found = dofs(&q, &u);
-                let largest = found.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+                let largest = max_norm(&found);
                 // No mass is below 1 kg.
                 let bound = motion.left_out + ROUNDING * f64::EPSILON * largest;
                 let error = |parts: usize| {
@@ -311,8 +312,8 @@ proptest! {
         };
         let ((found, follows), (known, _)) = (carried(true), carried(false));
         FOLLOWING.fetch_add(usize::from(follows), Ordering::Relaxed);
-        let largest = known.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        let off = found.iter().zip(&known).fold(0.0, |off: f64, (a, b)| off.max((a - b).abs()));
+        let largest = max_norm(&known);
+        let off = max_distance(&found, &known);
         // Velocities have rounding, beside which slip may be slow.
         let alike = ALIKE + ROUNDING * f64::EPSILON / slowest;
         prop_assert!(off <= alike * largest, "neighbours {off:e} of {largest:e} apart");
