@@ -25,11 +25,11 @@ const PARTS: [&str; 12] = [
 const CEILINGS: [(&str, usize); 12] = [
     ("error", 745),
     ("numerics", 1530),
-    ("linalg", 2000),
+    ("linalg", 2010),
     ("scene", 9470),
     ("contact", 3760),
     ("modes", 2205),
-    ("locus", 2480),
+    ("locus", 2630),
     ("motion", 12480),
     ("transient", 4250),
     ("energy", 668),

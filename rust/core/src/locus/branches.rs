@@ -20,12 +20,17 @@ pub(crate) const RESOLUTION: f64 = 1e-13;
 /// Stands for the continuation of a member that is not continued.
 pub(crate) const NOWHERE: usize = usize::MAX;
 
+/// Two modes of a node, and the two of the next node that continue them.
+pub(crate) type Pair = [[usize; 2]; 2];
+
 /// Two neighbouring nodes joined: `next[k]` is the member of the second that continues member k of the first.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Link {
     pub next: Vec<usize>,
     /// Whether branches meet in the interval, so that the continuation is a convention.
     pub meeting: bool,
+    /// Modes that are continued together, not each by itself.
+    pub pairs: Vec<Pair>,
 }
 
 /// How to join two nodes, from their `depth`, the number of divisions below the given values, and whether the interval
@@ -76,16 +81,17 @@ impl Mesh {
             let next = continued.as_ref().map(|next| from.members_of(to, next));
             let safe = continued
                 .as_ref()
-                .is_some_and(|next| from.keeps_distances(&every, to, next, &correlations));
+                .is_some_and(|next| from.drifting(&every, to, next, &correlations).is_none());
             match next {
                 Some(next) if safe && demand(from, to, &next) => {
-                    Some(Link { next, meeting: false })
+                    Some(Link { next, ..Link::default() })
                 }
                 _ if divisible && to.value - from.value > resolution => None,
                 // A crossing of modes whose coupling is lost in rounding.
-                Some(next) => Some(Link { next, meeting: false }),
+                Some(next) => Some(Link { next, ..Link::default() }),
                 None => {
-                    Some(Link { next: from.nearest(to, from.apart(), |_, _| true), meeting: true })
+                    let next = from.nearest(to, from.apart(), |_, _| true);
+                    Some(Link { next, meeting: true, ..Link::default() })
                 }
             }
         })
@@ -144,7 +150,7 @@ impl Mesh {
 
     /// The modes of node k that are continued to the next node without a meeting, each with the mode that continues it.
     pub fn continued(&self, k: usize) -> Vec<(usize, usize)> {
-        let Link { next, meeting } = &self.links[k];
+        let Link { next, meeting, .. } = &self.links[k];
         let (here, there) = (self.nodes[k].members(), self.nodes[k + 1].members());
         let joined = here.iter().zip(next);
         joined

@@ -25,7 +25,7 @@ pub(crate) fn leading(
     modes: usize,
 ) -> Result<(Mesh, Vec<usize>), Error> {
     let mut mesh = Mesh::joined(path, values, &|[from, to], depth, divisible| {
-        let mut link = Link { next: from.apart(), meeting: false };
+        let mut link = Link { next: from.apart(), ..Link::default() };
         extend(&mut link, from, to, &foremost(from, modes), &foremost(to, modes));
         (!(divisible && link.meeting && depth < HALVINGS)).then_some(link)
     })?;

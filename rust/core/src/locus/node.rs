@@ -26,8 +26,10 @@ const TWINS: f64 = 1e-9;
 const SEMISIMPLE: f64 = 1e3;
 /// Places at which an interval is divided: its middle, unless twins happen to lie there.
 const DIVISIONS: [f64; 3] = [0.5, 0.4375, 0.5625];
+/// Ulps below which a real part has no sign.
+const NEUTRAL: f64 = 64.0 * f64::EPSILON;
 /// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
-const UNCOUPLED: f64 = 1e-22;
+pub(crate) const UNCOUPLED: f64 = 1e-22;
 
 /// The modes at one parameter value, of each conjugate pair the one with positive imaginary part. Vectors are scaled to
 /// a largest entry of 1: a correlation of two modes depends on how each is shared between its right and left vector.
@@ -45,6 +47,8 @@ pub(crate) struct Node {
     products: Columns,
     /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
     real: Vec<bool>,
+    /// Whether damping is proportional and takes energy from every velocity or elastic force.
+    is_damped: bool,
 }
 
 /// An eigenvalue among all: a mode of the node, or its conjugate.
@@ -95,6 +99,10 @@ impl Node {
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
             products: Columns::new(pencil.size, both),
             real,
+            is_damped: matches!(
+                pencil.damping,
+                PencilDamping::Proportional { alpha, beta } if alpha >= 0.0 && beta >= 0.0
+            ),
             modes,
         })
     }
@@ -207,34 +215,68 @@ impl Node {
         (decided.collect(), correlations)
     }
 
-    /// Whether every pair of coupled eigenvalues among the modes `rows` keeps its distance to within half of it.
-    pub fn keeps_distances(
+    /// The two modes of the other node among which the modes `rows` here go on, and whether that is decisive.
+    pub fn continued_by_two(&self, rows: &[usize], other: &Node) -> ([usize; 2], bool) {
+        let count = other.modes.len();
+        let correlations = self.correlations(rows, other);
+        let total =
+            |s: usize| -> f64 { (0..rows.len()).map(|k| correlations[k * count + s]).sum() };
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&s, &t| total(t).total_cmp(&total(s)));
+        let &[first, second, ref others @ ..] = &order[..] else { return ([0; 2], false) };
+        let is_decisive = correlations.chunks_exact(count).all(|row| {
+            let kept = row[first] + row[second];
+            (KEPT..=1.0 / KEPT).contains(&kept) && others.iter().all(|&s| row[s] <= OTHERS * kept)
+        });
+        ([first, second], is_decisive)
+    }
+
+    /// Whether a mode of proportional damping has the shape of an undamped one: `lambda^2 + (alpha + beta kappa) lambda + kappa`
+    /// has no imaginary roots with real kappa but for zero, unless a coefficient of damping is negative.
+    pub fn is_damped_shape(&self, mode: usize) -> bool {
+        self.is_damped && self.real[mode]
+    }
+
+    /// The error below which the real part of a mode has no sign: ulp, times condition times modulus. Verdicts ask
+    /// [`Mode::rounding`] instead, which takes products of all matrices for every mode; a search brackets roots, and a sign
+    /// left open here only moves the end of a bracket to the next node.
+    pub fn uncertainty(&self, mode: usize) -> f64 {
+        NEUTRAL * self.modes[mode].condition * self.modes[mode].eigenvalue.norm()
+    }
+
+    /// The sign of the real part of a mode, 0 within its uncertainty.
+    pub fn growth_sign(&self, mode: usize) -> f64 {
+        significant_sign(self.modes[mode].eigenvalue.re, self.uncertainty(mode))
+    }
+
+    /// Two coupled eigenvalues among the modes `rows`, by their places there, that do not keep their distance to within
+    /// half of it, or one eigenvalue twice that does not keep its distance from its conjugate.
+    pub fn drifting(
         &self,
         rows: &[usize],
         other: &Node,
         next: &[usize],
         correlations: &[f64],
-    ) -> bool {
+    ) -> Option<(usize, usize)> {
         let count = other.modes.len();
-        let steady = |before: Complex64, after: Complex64| {
-            (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
-        };
         let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
-        (0..rows.len()).all(|k| {
+        (0..rows.len()).find_map(|k| {
             let r = rows[k];
             let (before, after) = (value(self, r), value(other, next[k]));
-            let own_conjugate =
-                self.modes[r].is_real() || steady(before - before.conj(), after - after.conj());
-            own_conjugate
-                && (0..k).all(|l| {
-                    let s = rows[l];
-                    let coupling =
-                        correlations[k * count + next[l]].max(correlations[l * count + next[k]]);
-                    coupling < UNCOUPLED
-                        || self.are_twins(r, s)
-                        || other.are_twins(next[k], next[l])
-                        || steady(before - value(self, s), after - value(other, next[l]))
-                })
+            if !self.modes[r].is_real() && !is_steady(before - before.conj(), after - after.conj())
+            {
+                return Some((k, k));
+            }
+            let keeps = |&l: &usize| {
+                let s = rows[l];
+                let coupling =
+                    correlations[k * count + next[l]].max(correlations[l * count + next[k]]);
+                coupling < UNCOUPLED
+                    || self.are_twins(r, s)
+                    || other.are_twins(next[k], next[l])
+                    || is_steady(before - value(self, s), after - value(other, next[l]))
+            };
+            (0..k).find(|l| !keeps(l)).map(|l| (k, l))
         })
     }
 
@@ -306,6 +348,16 @@ impl Node {
         }
         next
     }
+}
+
+/// Whether a distance changes by less than half of it.
+pub(crate) fn is_steady(before: Complex64, after: Complex64) -> bool {
+    (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
+}
+
+/// The sign of a value, 0 within its uncertainty.
+pub(crate) fn significant_sign(value: f64, uncertainty: f64) -> f64 {
+    if value.abs() > uncertainty { value.signum() } else { 0.0 }
 }
 
 fn is_real(vector: &[Complex64]) -> bool {

@@ -83,8 +83,8 @@ fn eigenproblems_of_a_search_for_hopf_points() {
     let none = first_hopf_point(watched, |_| false).expect("eigenvalues");
     let of_none = solved();
     critical_points(watched, 0.0).expect("eigenvalues");
-    assert_eq!((of_all, of_first, of_none, solved()), (62, 24, 62, 276));
-    assert_eq!((all.nodes, all.followed), (52, 34));
+    assert_eq!((of_all, of_first, of_none, solved()), (42, 13, 42, 276));
+    assert_eq!((all.nodes, all.followed), (34, 12));
     assert_eq!(first.expect("a Hopf point").value, all.points[0].value);
     assert!(none.is_none());
 }

@@ -4,15 +4,14 @@
 //! by its slope, or by meeting another mode: `(lambda_r - lambda_s)^2` goes linearly through an exceptional point, so the
 //! distance of two modes that would meet after the part t of w grows by no more than `sqrt(1 + 1 / t)`, and half of it is
 //! the distance of each from their mean. Modes that neither effect takes to the axis, with a margin of two, are not followed.
-//! The others are continued from both ends of the interval, which is halved until the continuation is as safe as on the
-//! mesh of all modes.
+//! The others are continued from both ends of the interval, those that meet or nearly do in pairs; the interval is halved
+//! until the continuation is as safe as on the mesh of all modes.
 
 use crate::error::input::Error;
-use crate::locus::branches::{self, Link, Mesh, NOWHERE};
+use crate::locus::branches::{self, Link, Mesh, NOWHERE, Pair};
+use crate::locus::critical::pair::{self, Continuation};
 use crate::locus::critical::point::{CriticalPoint, RESOLUTION};
-use crate::locus::critical::roots::{
-    axis_crossings, growth_sign, initial_values, real_part, uncertainty,
-};
+use crate::locus::critical::roots::{axis_crossings, initial_values, real_part};
 use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 
@@ -81,7 +80,7 @@ pub fn first_hopf_point(
 /// Whether a mode that is continued along an interval lies on the axis at its end.
 fn ends_on_axis(mesh: &Mesh, interval: usize) -> bool {
     let end = &mesh.nodes[interval + 1];
-    mesh.continued(interval).iter().any(|&(_, mode)| growth_sign(end, mode) == 0.0)
+    mesh.continued(interval).iter().any(|&(_, mode)| end.growth_sign(mode) == 0.0)
 }
 
 /// Modes of a node that may reach the axis within `width` of it.
@@ -91,7 +90,7 @@ fn within_reach(node: &Node, width: f64) -> Vec<usize> {
         .map(|r| {
             let rise = node.slopes[r].re * width;
             // Also so for a slope that is not finite, as of a defective mode.
-            !(modes[r].eigenvalue.re.abs() > MARGIN * rise.abs() + uncertainty(node, r))
+            !(modes[r].eigenvalue.re.abs() > MARGIN * rise.abs() + node.uncertainty(r))
         })
         .collect();
     let meets = |r: usize, s: usize, conjugate: bool| {
@@ -118,34 +117,38 @@ fn within_reach(node: &Node, width: f64) -> Vec<usize> {
 fn joined(path: WatchedPath<'_>, [from, to]: [&Node; 2], divisible: bool) -> Option<Link> {
     let (lower, upper) = path.range();
     let (span, width) = (upper - lower, to.value - from.value);
+    let is_settled = |pair: &Pair| pair::is_settled([from, to], pair);
     let next = continued(from, to);
-    let settled = next.as_ref().is_some_and(|next| {
+    let settled = next.as_ref().is_some_and(|(next, pairs)| {
         let mut continued = next.iter().enumerate().filter(|(_, s)| **s != NOWHERE);
-        width <= RESOLUTION * span
-            || continued.all(|(r, &s)| real_part(from, to, r, s).is_settled())
+        (width <= RESOLUTION * span
+            || continued.all(|(r, &s)| real_part(from, to, r, s).is_settled()))
+            && pairs.iter().all(is_settled)
     });
     if !settled && divisible && width > branches::RESOLUTION * span {
         return None;
     }
     // Where branches meet the axis is not crossed but left.
     Some(match next {
-        Some(next) => Link { next: from.members_of(to, &next), meeting: false },
-        None => Link { next: from.apart(), meeting: true },
+        Some((next, mut pairs)) => {
+            pairs.retain(is_settled);
+            Link { next: from.members_of(to, &next), meeting: false, pairs }
+        }
+        None => Link { next: from.apart(), meeting: true, pairs: Vec::new() },
     })
 }
 
-/// The continuation of all modes within reach at either end, if it is safe.
-fn continued(from: &Node, to: &Node) -> Option<Vec<usize>> {
+/// The continuation of all modes within reach at either end, and those of them that go on in pairs, if it is safe.
+fn continued(from: &Node, to: &Node) -> Option<(Vec<usize>, Vec<Pair>)> {
     let width = to.value - from.value;
-    let safely = |here: &Node, rows: &[usize], there: &Node| -> Option<Vec<usize>> {
-        let (next, correlations) = here.continued_modes(rows, there);
-        next.filter(|next| here.keeps_distances(rows, there, next, &correlations))
-    };
     let mut next = vec![NOWHERE; from.modes.len()];
-    let rows = within_reach(from, width);
-    rows.iter().zip(safely(from, &rows, to)?).for_each(|(&r, s)| next[r] = s);
-    let mut others = within_reach(to, width);
-    others.retain(|s| !next.contains(s));
-    safely(to, &others, from)?.into_iter().zip(others).for_each(|(r, s)| next[r] = s);
-    Some(next)
+    let forward = Continuation::new(from, &within_reach(from, width), to)?;
+    forward.singles.iter().for_each(|&(r, s)| next[r] = s);
+    let (mut others, taken) = (within_reach(to, width), forward.taken_together(1));
+    others.retain(|s| !next.contains(s) && !taken.contains(s));
+    let back = Continuation::new(to, &others, from)?;
+    back.singles.iter().for_each(|&(s, r)| next[r] = s);
+    let back = back.pairs.into_iter().map(|[there, here]| [here, there]);
+    let pairs = forward.pairs.into_iter().chain(back).collect();
+    Some((next, pairs))
 }

@@ -2,6 +2,8 @@
 
 use num_complex::Complex64;
 
+use crate::locus::node::significant_sign;
+
 /// Smallest interval of the search, of the whole range, for roots of real parts: two roots nearer to each other than
 /// this, or a touch, are not told apart. Meeting branches are resolved further.
 pub(crate) const RESOLUTION: f64 = 1e-7;
@@ -65,11 +67,6 @@ impl CriticalPoint {
 
 /// Stands for an eigenvalue or a vector that there is not.
 pub(crate) const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
-
-/// The sign of a value, 0 within its uncertainty.
-pub(crate) fn significant_sign(value: f64, uncertainty: f64) -> f64 {
-    if value.abs() > uncertainty { value.signum() } else { 0.0 }
-}
 
 /// A function of the parameter between two nodes: values, slopes times width, uncertainties.
 pub(crate) struct Stretch {

@@ -6,21 +6,13 @@ use rayon::prelude::*;
 
 use crate::error::input::Error;
 use crate::linalg::parallel::in_parallel;
-use crate::locus::branches::Mesh;
-use crate::locus::critical::point::{
-    CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
-};
+use crate::locus::branches::{Mesh, Pair};
+use crate::locus::critical::pair::product_of_growths;
+use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::node::Node;
 use crate::locus::parameter_path::Path;
 use crate::locus::watched_path::WatchedPath;
 use crate::numerics::bracket::Bracket;
-
-/// Ulp, times condition times modulus, below which a real part has no sign. Verdicts ask [`Mode::rounding`] instead, which
-/// takes products of all matrices for every mode; a search brackets roots, and a sign left open here only moves the end
-/// of a bracket to the next node.
-///
-/// [`Mode::rounding`]: crate::modes::mode::Mode::rounding
-const NEUTRAL: f64 = 64.0 * f64::EPSILON;
 
 /// Ends of so many equal intervals of the whole range.
 pub(crate) fn initial_values(path: &Path, intervals: usize) -> Vec<f64> {
@@ -29,53 +21,44 @@ pub(crate) fn initial_values(path: &Path, intervals: usize) -> Vec<f64> {
     (0..intervals).map(value).chain([upper]).collect()
 }
 
-pub(crate) fn uncertainty(node: &Node, mode: usize) -> f64 {
-    NEUTRAL * node.modes[mode].condition * node.modes[mode].eigenvalue.norm()
-}
-
 pub(crate) fn real_part(a: &Node, b: &Node, mode: usize, next: usize) -> Stretch {
     let width = b.value - a.value;
     Stretch {
         value: [a.modes[mode].eigenvalue.re, b.modes[next].eigenvalue.re],
         rise: [a.slopes[mode].re * width, b.slopes[next].re * width],
-        uncertainty: [uncertainty(a, mode), uncertainty(b, next)],
+        uncertainty: [a.uncertainty(mode), b.uncertainty(next)],
     }
 }
 
-/// The node at p with the modes that continue some modes of `from`.
-fn followed(
-    path: WatchedPath<'_>,
-    from: &Node,
-    modes: &[usize],
-    p: f64,
-) -> Result<(Node, Vec<usize>), Error> {
-    let node = Node::new(path, p)?;
+/// The modes of a node that continue some modes of `from`.
+pub(crate) fn followed(from: &Node, modes: &[usize], node: &Node) -> Vec<usize> {
     let nearest = |mode: usize| {
-        let predicted = from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
+        let way = node.value - from.value;
+        let predicted = from.modes[mode].eigenvalue + from.slopes[mode] * way;
         let distance = |k: usize| (node.modes[k].eigenvalue - predicted).norm();
         (0..node.modes.len()).fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
     };
-    let next = match from.continued_modes(modes, &node).0 {
+    match from.continued_modes(modes, node).0 {
         Some(next) => next,
         None => modes.iter().map(|&mode| nearest(mode)).collect(),
-    };
-    Ok((node, next))
+    }
 }
 
-/// The root of `f(node, modes continued) = (value, slope)` between two nodes for some modes of `from`, by Newton's
-/// method kept inside its bracket; `sign` is that of f at `from`.
-pub(crate) fn root(
+/// The root of `f(node, modes) = (value, slope)` between two nodes, for the modes of a node that `follow` from the first, by
+/// Newton's method kept inside its bracket; `sign` is that of f at the first.
+pub(crate) fn root<Modes>(
     path: WatchedPath<'_>,
     [from, to]: [&Node; 2],
-    modes: &[usize],
+    follow: impl Fn(&Node) -> Modes,
     sign: f64,
-    f: impl Fn(&Node, &[usize]) -> (f64, f64),
-) -> Result<(Node, Vec<usize>), Error> {
+    f: impl Fn(&Node, &Modes) -> (f64, f64),
+) -> Result<(Node, Modes), Error> {
     let (lower, upper) = path.range();
     let mut bracket = Bracket { low: from.value, high: to.value };
     let mut p = bracket.middle();
     loop {
-        let (node, next) = followed(path, from, modes, p)?;
+        let node = Node::new(path, p)?;
+        let next = follow(&node);
         let (value, slope) = f(&node, &next);
         let step = -value / slope;
         let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * (upper - lower));
@@ -97,13 +80,33 @@ fn axis_crossing(
     mode: usize,
     sign: f64,
 ) -> Result<Option<CriticalPoint>, Error> {
-    let (root, next) = root(path, ends, &[mode], sign, |node, next| {
+    let follow = |node: &Node| followed(ends[0], &[mode], node);
+    let (root, next) = root(path, ends, follow, sign, |node, next| {
         (node.modes[next[0]].eigenvalue.re, node.slopes[next[0]].re)
     })?;
     let eigenvalue = root.modes[next[0]].eigenvalue;
     let slope = root.slopes[next[0]].re;
     Ok((eigenvalue.im != 0.0)
         .then(|| CriticalPoint::at(CriticalKind::Hopf, root.value, eigenvalue, slope)))
+}
+
+/// Where one of two modes that go on together passes the axis between two nodes; None where neither does.
+fn pair_crossing(
+    path: WatchedPath<'_>,
+    ends: [&Node; 2],
+    pair: &Pair,
+) -> Result<Option<CriticalPoint>, Error> {
+    let [before, after] = [0, 1].map(|side| product_of_growths(ends[side], pair[side]).0);
+    if before * after > 0.0 {
+        return Ok(None);
+    }
+    let follow = |node: &Node| ends[0].continued_by_two(&pair[0], node).0;
+    let (root, next) =
+        root(path, ends, follow, before.signum(), |node, next| product_of_growths(node, *next))?;
+    let growth = |mode: usize| root.modes[mode].eigenvalue.re.abs();
+    let mode = if growth(next[0]) < growth(next[1]) { next[0] } else { next[1] };
+    let (eigenvalue, slope) = (root.modes[mode].eigenvalue, root.slopes[mode].re);
+    Ok(Some(CriticalPoint::at(CriticalKind::Hopf, root.value, eigenvalue, slope)))
 }
 
 /// Whether nodes at which a function has no sign are as one: nearer to each other than the roots that a search tells apart.
@@ -117,11 +120,6 @@ pub(crate) fn is_brief(path: WatchedPath<'_>, nodes: &[Node]) -> bool {
     }
 }
 
-/// The sign of the real part of a mode, 0 within its uncertainty.
-pub(crate) fn growth_sign(node: &Node, mode: usize) -> f64 {
-    significant_sign(node.modes[mode].eigenvalue.re, uncertainty(node, mode))
-}
-
 /// Where complex branches change the sign of their real parts, from the starts of some intervals on.
 pub(crate) fn axis_crossings(
     path: WatchedPath<'_>,
@@ -129,26 +127,32 @@ pub(crate) fn axis_crossings(
     starts: Range<usize>,
 ) -> Result<Vec<CriticalPoint>, Error> {
     let mut crossings = Vec::new();
+    let mut pairs = Vec::new();
     for start in starts {
+        let ends = [&mesh.nodes[start], &mesh.nodes[start + 1]];
+        pairs.extend(mesh.links[start].pairs.iter().map(|pair| (ends, pair)));
         for (mode, next) in mesh.continued(start) {
-            let before = growth_sign(&mesh.nodes[start], mode);
+            let before = mesh.nodes[start].growth_sign(mode);
             let (mut end, mut reached) = (start + 1, next);
-            while growth_sign(&mesh.nodes[end], reached) == 0.0
+            while mesh.nodes[end].growth_sign(reached) == 0.0
                 && before != 0.0
                 && end < mesh.links.len()
                 && let Some(&(_, beyond)) = mesh.continued(end).iter().find(|one| one.0 == reached)
             {
                 (end, reached) = (end + 1, beyond);
             }
-            let crosses = before * growth_sign(&mesh.nodes[end], reached) < 0.0;
+            let crosses = before * mesh.nodes[end].growth_sign(reached) < 0.0;
             if crosses && is_brief(path, &mesh.nodes[start + 1..end]) {
                 crossings.push(([&mesh.nodes[start], &mesh.nodes[end]], mode, before));
             }
         }
     }
     let point = |(ends, mode, sign)| axis_crossing(path, ends, mode, sign);
-    let points: Vec<Option<CriticalPoint>> =
-        in_parallel(|| crossings.into_par_iter().map(point).collect::<Result<_, _>>())?;
+    let of_pair = |(ends, pair)| pair_crossing(path, ends, pair);
+    let points: Vec<Option<CriticalPoint>> = in_parallel(|| {
+        let points = crossings.into_par_iter().map(point);
+        points.chain(pairs.into_par_iter().map(of_pair)).collect::<Result<_, _>>()
+    })?;
     let mut points: Vec<CriticalPoint> = points.into_iter().flatten().collect();
     points.sort_by(|p, q| p.value.total_cmp(&q.value));
     Ok(points)

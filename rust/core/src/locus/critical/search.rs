@@ -14,7 +14,7 @@ use crate::locus::critical::hopf::hopf_mesh;
 use crate::locus::critical::lock_ins::lock_ins;
 use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::critical::roots::{
-    axis_crossings, initial_values, is_brief, real_part, root, uncertainty,
+    axis_crossings, followed, initial_values, is_brief, real_part, root,
 };
 use crate::locus::critical::separation::separations;
 use crate::locus::node::Node;
@@ -175,7 +175,7 @@ impl CriticalMesh<'_> {
             let top = leader(node);
             let undisputed = (0..node.modes.len()).filter(|&mode| mode != top).all(|mode| {
                 let lead = node.modes[top].eigenvalue.re - node.modes[mode].eigenvalue.re;
-                lead > uncertainty(node, top) + uncertainty(node, mode)
+                lead > node.uncertainty(top) + node.uncertainty(mode)
             });
             let members = node.members();
             let branch = carriers[k]
@@ -212,7 +212,8 @@ impl CriticalMesh<'_> {
         points: &mut Vec<CriticalPoint>,
     ) -> Result<(), Error> {
         let modes: Vec<usize> = (0..from.modes.len()).collect();
-        let (root, next) = root(self.path, [from, to], &modes, 1.0, |node, next| {
+        let follow = |node: &Node| followed(from, &modes, node);
+        let (root, next) = root(self.path, [from, to], follow, 1.0, |node, next| {
             let part = |mode: usize| node.modes[next[mode]].eigenvalue.re;
             let slope = |mode: usize| node.slopes[next[mode]].re;
             (part(old) - part(new), slope(old) - slope(new))
@@ -222,7 +223,7 @@ impl CriticalMesh<'_> {
         let third = next.iter().position(|&mode| mode == top);
         if let Some(third) = third
             && ![old, new].contains(&third)
-            && lead > uncertainty(&root, top) + uncertainty(&root, next[new])
+            && lead > root.uncertainty(top) + root.uncertainty(next[new])
             // On an interval of the mesh the real parts of `old` and of `new` cross every other one at most once, so each
             // division adds a mode to those that lead in turn. Whatever rounding does, either part is shorter than the whole.
             && (from.value < root.value && root.value < to.value)

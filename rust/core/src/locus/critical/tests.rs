@@ -9,8 +9,8 @@ use num_complex::Complex64;
 use crate::locus::branches::Mesh;
 use crate::locus::critical::hopf::{first_hopf_point, hopf_points};
 use crate::locus::critical::point::{CriticalKind, CriticalPoint};
-use crate::locus::critical::roots::{axis_crossings, growth_sign};
-use crate::locus::critical::search::critical_points;
+use crate::locus::critical::roots::axis_crossings;
+use crate::locus::critical::search::{critical_points, stability_limits};
 use crate::locus::parameter_path::{Path, PathDamping, Piece};
 use crate::locus::series::{ChebyshevSeries, StaticSeries};
 use crate::locus::sweep::Sweep;
@@ -207,7 +207,7 @@ fn a_crossing_within_rounding_of_several_nodes_is_found_once() {
             (0..modes.len()).find(|&mode| modes[mode].eigenvalue.im < 50.0).unwrap()
         };
         let without: usize = (0..mesh.nodes.len())
-            .filter(|&node| growth_sign(&mesh.nodes[node], crossing(node)) == 0.0)
+            .filter(|&node| mesh.nodes[node].growth_sign(crossing(node)) == 0.0)
             .count();
         assert!(without >= 3, "{without}");
         let points = axis_crossings(path, &mesh, 0..mesh.links.len()).unwrap();
@@ -240,31 +240,50 @@ fn leaders_within_one_step_are_found_in_turn() {
     agree(&of_kind(&all_points(&path), CriticalKind::Crossing), &[place], "two leaders");
 }
 
-/// Two modes tied by a circulatory stiffness `e` coalesce where `e` is half of the difference of their stiffnesses.
+/// Two modes tied by a circulatory stiffness `e`, which coalesce where `e` is half of the difference of their stiffnesses,
+/// with damping `alpha M`, and where one of them begins to grow: on the axis lambda^2 is minus the mean stiffness, and
+/// e^2 - half^2 is alpha^2 times it.
+fn locking_in(place: f64, alpha: f64) -> (Path, f64) {
+    let (lower, upper) = (100.0, 104.0);
+    let half = 0.5 * (upper - lower);
+    let stiffness = series(|p| {
+        let circulatory = half * p / place;
+        DMatrix::from_row_slice(2, 2, &[lower, circulatory, -circulatory, upper])
+    });
+    let damping = PathDamping::Proportional {
+        alpha: ChebyshevSeries::scalar(alpha),
+        beta: ChebyshevSeries::scalar(0.0),
+    };
+    let hopf = place * (1.0 + alpha * alpha * 102.0 / (half * half)).sqrt();
+    (path(2, stiffness, damping), hopf)
+}
+
 #[test]
 fn a_planted_lock_in_is_found() {
     for place in [0.21, 0.5, 0.77] {
-        let (lower, upper) = (100.0, 104.0);
-        let half = 0.5 * (upper - lower);
-        let stiffness = series(|p| {
-            let circulatory = half * p / place;
-            DMatrix::from_row_slice(2, 2, &[lower, circulatory, -circulatory, upper])
-        });
-        let damping = PathDamping::Proportional {
-            alpha: ChebyshevSeries::scalar(0.2),
-            beta: ChebyshevSeries::scalar(0.0),
-        };
-        let points = all_points(&path(2, stiffness, damping));
+        let (path, hopf) = locking_in(place, 0.2);
+        let points = all_points(&path);
         agree(&of_kind(&points, CriticalKind::LockIn), &[place], "lock-in");
         let point = points.iter().find(|point| point.kind == CriticalKind::LockIn).unwrap();
         // lambda^2 + alpha lambda + (lower + upper) / 2 = 0.
         let frequency = (102.0_f64 - 0.01).sqrt();
         assert!((point.eigenvalue.re + 0.1).abs() <= 1e-9);
         assert!((point.eigenvalue.im - frequency).abs() <= 1e-9 * frequency);
-        // On the axis lambda^2 is minus the mean stiffness, and circulatory^2 - half^2 is alpha^2 times it.
-        let hopf = place * (1.0 + 0.04 * 102.0 / (half * half)).sqrt();
         let planted: Vec<f64> = Some(hopf).filter(|&p| p < 1.0).into_iter().collect();
         agree(&of_kind(&points, CriticalKind::Hopf), &planted, "flutter");
+    }
+}
+
+/// However little damping there is, and however near to the lock-in flutter begins, the mesh stays as it is.
+#[test]
+fn flutter_behind_a_lock_in_takes_few_eigenproblems() {
+    for (place, alpha) in (1..8).map(|k| (0.2345 + 0.0811 * f64::from(k), 0.1f64.powi(k))) {
+        let (path, hopf) = locking_in(place, alpha);
+        let search = search(&path, hopf_points).unwrap();
+        agree(&of_kind(&search.points, CriticalKind::Hopf), &[hopf], "behind a lock-in");
+        assert!(search.points[0].slope > 0.0);
+        // Those that the search starts from, and halvings of the interval with the lock-in.
+        assert!(search.nodes <= 33 + 4, "{alpha}: {}", search.nodes);
     }
 }
 
@@ -276,7 +295,12 @@ fn a_planted_divergence_is_found() {
         alpha: ChebyshevSeries::scalar(0.5),
         beta: ChebyshevSeries::scalar(0.0),
     };
-    let points = all_points(&path(2, stiffness, damping));
-    agree(&of_kind(&points, CriticalKind::Divergence), &[0.63], "divergence");
-    assert!(points.iter().all(|point| point.kind != CriticalKind::Hopf));
+    let path = path(2, stiffness, damping);
+    let limits = search(&path, stability_limits).unwrap();
+    for points in [all_points(&path), limits] {
+        agree(&of_kind(&points, CriticalKind::Divergence), &[0.63], "divergence");
+        assert!(points.iter().all(|point| point.kind != CriticalKind::Hopf));
+    }
+    // A mode that meets its conjugate before does not reach the axis.
+    assert!(search(&path, hopf_points).unwrap().nodes <= 33 + 4);
 }
