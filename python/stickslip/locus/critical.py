@@ -76,7 +76,8 @@ def critical_points(
     damping a mode begins to grow at a lock-in, which is no Hopf point; if Hopf points alone are asked for,
     there is none, and a mode grows at one end of the range only, a warning says so. Over an interval of the
     mesh a mode can reach the imaginary axis by its slope, or by meeting another mode near an exceptional
-    point, where the square of the difference of the two eigenvalues is linear in the parameter.
+    point, where the square of the difference of the two eigenvalues is linear in the parameter. Where two
+    modes meet, Hopf points alone are roots of a function of both together, which is analytic there.
     """
     kinds = _kinds(kinds)
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import brentq
 
 from stickslip.locus.boundary.conditions import (
     Condition,
@@ -28,9 +29,9 @@ from stickslip.scene.checks import Complex, Index, Real
 
 #: Distance, of the ranges, up to which two points of one kind are the same.
 SAME = 1e-7
-#: Parts of the way between two points of a curve up to which a sign change is located, until Newton's method
-#: for both conditions goes on from there.
-_NEARER = (0.05, 1e-8)
+#: Parts of the way between two points of a curve up to which a sign change is located on its cubic, and on
+#: the curve itself, where Newton's method for both conditions goes on.
+_ON_CUBIC, _ON_CURVE = 1e-3, 1e-8
 #: Imaginary part of an eigenvalue below this part of the frequency is taken to vanish.
 _ZERO = 1e-6
 #: By how much, of the way, a point may pass the ends of a curve, and how far it may be from its cubic.
@@ -84,16 +85,21 @@ def meetings(trace: Trace, along: list[Complex], steady: Index) -> list[Meeting]
         if end == "zero_frequency":
             found.append(Meeting("zero_frequency", trace.points[place, :2], (0.0,)))
     counts = [growing(values) for values in along]
+    pairs = [growing(values[values.imag > 0.0]) for values in along]
     signs = _determinants(plane, trace.points)[0]
     for k, (ends, product) in enumerate(zip(pairwise(counts), signs[:-1] * signs[1:], strict=True)):
         if product < 0.0:
             found += _zero_eigenvalue(trace, k)
+            if abs(ends[0] - ends[1]) == 1 and pairs[k] == pairs[k + 1]:
+                # Nothing else changes.
+                continue
         # Of a pair one, as the other grows or decays with it. A real eigenvalue may be of a pair further on.
         imaginary = along[k + int(np.argmax(ends))].imag
         counted = imaginary >= 0.0 if product > 0.0 else imaginary > 0.0
         ranks = [rank for rank in range(min(ends), max(ends)) if counted[rank]]
         found += [one for rank in ranks for one in _second_pair(trace, k, rank)]
-    forces = _relative(plane, trace.points)
+    # A margin changes its sign at a pole, too, but not its product with the determinant that vanishes there.
+    forces = signs[:, None] * _relative(plane, trace.points)
     for contact in steady:
         changes = np.flatnonzero(forces[:-1, contact] * forces[1:, contact] < 0.0)
         found += [one for k in changes for one in _separation(trace, int(k), int(contact))]
@@ -150,12 +156,12 @@ def _second_pair(trace: Trace, k: int, rank: int) -> list[Meeting]:
 def _separation(trace: Trace, k: int, contact: int) -> list[Meeting]:
     """Return where a margin vanishes between two points of a Hopf curve."""
     plane = trace.condition.plane
-    found = _joined(
-        trace,
-        k,
-        lambda points: _relative(plane, points)[:, contact],
-        lambda y: Separation(plane, y[:2], contact),
-    )
+
+    def numerators(points: Real) -> Real:
+        numerator: Real = _determinants(plane, points)[0] * _relative(plane, points)[:, contact]
+        return numerator
+
+    found = _joined(trace, k, numerators, lambda y: Separation(plane, y[:2], contact))
     if found is None:
         return []
     own = found[0][0]
@@ -183,11 +189,17 @@ def _joined(
 def _starts(trace: Trace, k: int, function: Callable[[Real], Real]) -> Iterator[Real]:
     """Yield points between points k and k + 1 of a curve, each nearer to a zero of a function of points."""
     ends = function(trace.points[k : k + 2])
-    yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])) if ends[0] * ends[1] < 0.0 else 0.5)
-    for within in _NEARER:
-        found = located(trace, k, lambda y, along: float(function(y[None])[0]), within)
-        if found is None:
-            return
+    if ends[0] * ends[1] >= 0.0:
+        yield hermite(trace, k, 0.5)
+        return
+    yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])))
+
+    def on_cubic(part: float) -> float:
+        return float(function(hermite(trace, k, part)[None])[0])
+
+    yield hermite(trace, k, float(brentq(on_cubic, 0.0, 1.0, xtol=_ON_CUBIC)))
+    found = located(trace, k, lambda y, along: float(function(y[None])[0]), _ON_CURVE)
+    if found is not None:
         yield found[0]
 
 
@@ -227,7 +239,7 @@ def _joint(conditions: list[Condition], starts: list[Real]) -> list[Real] | None
             at += size
         return own
 
-    step = np.full(y.size, np.inf)
+    length = np.inf
     for _ in range(8):
         residuals, rows, at = [], [], 2
         for condition, own, size in zip(conditions, parts(y), sizes, strict=True):
@@ -241,10 +253,13 @@ def _joint(conditions: list[Condition], starts: list[Real]) -> list[Real] | None
             step = np.linalg.solve(np.vstack(rows), -np.concatenate(residuals))
         except np.linalg.LinAlgError:
             return None
-        y = y + step
-        if np.abs(step).max() <= 1e-13:
+        y, length = y + step, float(np.abs(step).max())
+        if length <= 1e-13:
             break
-    return parts(y) if np.abs(step).max() <= 1e-9 else None
+        if not length <= 1.0:
+            # It leaves the ranges.
+            return None
+    return parts(y) if length <= 1e-9 else None
 
 
 def without_repetitions(found: list[Meeting]) -> list[Meeting]:

@@ -85,6 +85,7 @@ class Hopf(Condition):
         m, c, k = (part[0] for part in plane.at(*place)[:3])
         size = np.abs(k) + omega * np.abs(c) + omega**2 * np.abs(m)
         self.units = 1.0 / np.sqrt(np.maximum(size.max(axis=0), size.max(axis=1)))
+        self._sizes = self.units[:, None] * self.units
         self.start = np.array([*place, 1.0])
         left, _, right = scipy.linalg.svd(self._pencil(self.start)[0])
         self.b, self.c = left[:, -1], right[-1].conj()
@@ -93,13 +94,15 @@ class Hopf(Condition):
         """Return the frequency at a point, rad/s."""
         return float(y[2] * self.scale)
 
-    def _pencil(self, y: Real) -> tuple[Complex, list[Complex]]:
-        """Return P, and its derivatives to u, v and w."""
+    def _pencil(self, y: Real) -> tuple[Complex, Complex]:
+        """Return P, and its derivatives to u, v and w, (3, n, n)."""
         omega = self.omega(y)
         m, c, k = self.plane.at(y[0], y[1])[:3]
-        all_parts = (k + 1j * omega * c - omega**2 * m) * self.units[:, None] * self.units
-        by_omega = (1j * c[0] - 2.0 * omega * m[0]) * self.units[:, None] * self.units
-        return all_parts[0], [all_parts[1], all_parts[2], self.scale * by_omega]
+        parts = np.empty((4, *self._sizes.shape), dtype=complex)
+        parts[:3].real, parts[:3].imag = (k - omega**2 * m) * self._sizes, omega * c * self._sizes
+        parts[3].real, parts[3].imag = -2.0 * omega * m[0] * self._sizes, c[0] * self._sizes
+        parts[3] *= self.scale
+        return parts[0], parts[1:]
 
     def _bordered(self, y: Real) -> Any:
         """Return g, its derivatives, x and z*; at a point of the curve those of any borders will do."""
@@ -111,15 +114,14 @@ class Hopf(Condition):
         whole[:size, :size], whole[:size, size], whole[size, :size] = pencil, self.b, self.c.conj()
         inverse = np.linalg.inv(whole)
         x, z = inverse[:size, size], inverse[size, :size]
-        found = complex(inverse[size, size]), [complex(-(z @ slope @ x)) for slope in slopes], x, z
+        found = complex(inverse[size, size]), -(slopes @ x) @ z, x, z
         self._known = y.copy(), found
         return found
 
     def equations(self, y: Real) -> tuple[Real, Real]:
         """Return the real and the imaginary part of g, and their derivatives (2, 3)."""
         g, slopes, _, _ = self._bordered(y)
-        row = np.array(slopes)
-        return np.array([g.real, g.imag]), np.array([row.real, row.imag])
+        return np.array([g.real, g.imag]), np.array([slopes.real, slopes.imag])
 
     def settle(self, y: Real) -> float:
         """Take the borders from a point; return |g|, of P with rows and columns of size 1."""
@@ -131,7 +133,9 @@ class Hopf(Condition):
     def growth(self, y: Real) -> Real:
         """Return the derivatives of the real part of lambda, 1/s: ``lambda = i (w - g / g_w) scale``."""
         _, slopes, _, _ = self._bordered(y)
-        return np.array([(-1j * self.scale * slope / slopes[2]).real for slope in slopes[:2]])
+        by_omega = slopes[2].conjugate() / max(abs(slopes[2]) ** 2, 1e-300)
+        growth: Real = (-1j * self.scale * slopes[:2] * by_omega).real
+        return growth
 
 
 class Divergence(Condition):

@@ -36,8 +36,6 @@ _ERROR = 4.0
 _MORE = 4
 #: Terms in one parameter after which the scene counts as not smooth.
 _MOST = 41
-#: Which of the polynomials, 0, or of their derivatives, 1, a value, d/du and d/dv have in either parameter.
-_IN_FIRST, _IN_SECOND = [0, 1, 0], [0, 0, 1]
 
 
 class Expansion(NamedTuple):
@@ -201,7 +199,7 @@ class Plane:
         spans = [b - a for a, b in zip(self.lower, self.upper, strict=True)]
         values = (self.lower[0] + u * spans[0], self.lower[1] + v * spans[1])
         piece = self._piece(values)
-        first, second = (
+        (first, by_first), (second, by_second) = (
             _polynomials(
                 piece.local(values[axis], axis),
                 terms,
@@ -210,7 +208,9 @@ class Plane:
             for axis, terms in enumerate(piece.terms)
         )
         # Of the values, of d/du and of d/dv.
-        weights = first[_IN_FIRST][:, :, None] * second[_IN_SECOND][:, None]
+        weights = (
+            np.array([first, by_first, first])[:, :, None] * np.array([second, second, by_second])[:, None]
+        )
         whole = weights.reshape(3, -1) @ piece.whole
         expanded = [whole[:, part].reshape(3, *shape) for part, shape in piece.parts]
         mass, *damping, stiffness = expanded[:-STATICS]
@@ -218,7 +218,8 @@ class Plane:
         if self.proportional:
             alpha, beta = damping
             viscous = alpha[0] * mass + beta[0] * stiffness
-            viscous[1:] += alpha[1:] * mass[0] + beta[1:] * stiffness[0]
+            if alpha[1:].any() or beta[1:].any():
+                viscous[1:] += alpha[1:] * mass[0] + beta[1:] * stiffness[0]
             damping = [viscous]
         return Expansion(mass, damping[0], stiffness, load[:, 0], rows, offsets[:, 0])
 
@@ -253,16 +254,16 @@ def _tail(series: Real, axis: int) -> float:
     return float(last.max(initial=0.0) / max(np.abs(series).max(initial=0.0), 1e-300))
 
 
-def _polynomials(t: float, terms: int, rate: float) -> Real:
-    """Return Chebyshev polynomials and their derivatives, times `rate`, (2, terms)."""
+def _polynomials(t: float, terms: int, rate: float) -> tuple[list[float], list[float]]:
+    """Return so many Chebyshev polynomials, and their derivatives times `rate`."""
     values, slopes = [1.0, t], [0.0, rate]
     for _ in range(2, terms):
         slopes.append(2.0 * (rate * values[-1] + t * slopes[-1]) - slopes[-2])
         values.append(2.0 * t * values[-1] - values[-2])
-    return np.array([values[:terms], slopes[:terms]])
+    return values[:terms], slopes[:terms]
 
 
 def _contracted(series: Real, t: float, axis: int) -> Real:
     """Return the series in one parameter, the other (`axis`) at t."""
     terms = _polynomials(t, series.shape[axis], 1.0)[0]
-    return np.ascontiguousarray(np.tensordot(terms, series, (0, axis)))
+    return np.ascontiguousarray(np.tensordot(np.array(terms), series, (0, axis)))

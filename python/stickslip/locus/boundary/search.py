@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
@@ -33,6 +34,9 @@ from stickslip.scene.checks import Complex, Flags, Index, Real
 FINER = 4
 #: Distance, of the range, up to which a critical point of a line lies on a curve.
 _SAME = 1e-6
+#: The same on the cubics of a curve, and distance of two critical points of which neither can be meant by the
+#: other's curve then.
+_OF_CUBIC, _APART = 3e-4, 1e-3
 #: Distance to a curve, of the range, within which a count may be that of either side.
 _BESIDE = 1e-9
 #: Rounds of looking where counts contradict curves.
@@ -86,10 +90,9 @@ class Search:
                 done += 1
                 yield done, total
         contradictory: list[float] = []
-        neutral = self.is_neutral()
         for k, place in enumerate(_middles(rows)):
             self.growth[k], self.counts[k], agrees = self.compare(place, rows)
-            if not agrees and neutral:
+            if not agrees and self.is_neutral:
                 raise InputError(
                     "model: a mode neither grows nor decays over all of the map, as without damping: its "
                     "flutter begins at a lock-in, which critical_points finds, and at no Hopf point"
@@ -135,8 +138,11 @@ class Search:
 
     def search(self, axis: int, place: float) -> None:
         """Trace every curve that meets a line and is not known yet."""
+        points = self.points(axis, place)
+        if _are_told_by(points, self.crossings(axis, place, exact=False)):
+            return
         known = self.crossings(axis, place)
-        for point in self.points(axis, place):
+        for point in points:
             if any(_same(point, other) for other in known):
                 continue
             where = np.array([point.place, place] if axis == 0 else [place, point.place])
@@ -261,6 +267,7 @@ class Search:
                 return True
         return False
 
+    @cached_property
     def is_neutral(self) -> bool:
         """Return whether some mode neither grows nor decays wherever one looks."""
         for place in (0.1371, 0.4142, 0.7321):
@@ -354,10 +361,24 @@ def _tells_sliding(places: Real, steady: Flags, met: list[Crossing], near: Flags
     return not (wrong & ~poles & ~(near[1:] | near[:-1])).any()
 
 
-def _same(point: Crossing, other: Crossing) -> bool:
+def _same(point: Crossing, other: Crossing, within: float = _SAME) -> bool:
     """Return whether a critical point of a line is where a curve crosses it."""
     return (
         (point.kind, point.contact) == (other.kind, other.contact)
-        and abs(point.place - other.place) <= _SAME
+        and abs(point.place - other.place) <= within
         and abs(point.omega - other.omega) <= 1e-3 * point.omega
+    )
+
+
+def _are_told_by(points: list[Crossing], met: list[Crossing]) -> bool:
+    """Return whether the critical points of a line are where the cubics of curves cross it, both in order.
+
+    A curve crosses the line next to its cubic, at a critical point. It is the one that lies there if no other
+    does.
+    """
+    alone = all(b.place - a.place > _APART for a, b in pairwise(points))
+    return (
+        alone
+        and len(points) == len(met)
+        and all(_same(a, b, _OF_CUBIC) for a, b in zip(points, met, strict=True))
     )
