@@ -195,7 +195,7 @@ def _starts(trace: Trace, k: int, function: Callable[[Real], Real]) -> Iterator[
     yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])))
 
     def on_cubic(part: float) -> float:
-        return float(function(hermite(trace, k, part)[None])[0])
+        return float(ends[int(part)] if part in (0.0, 1.0) else function(hermite(trace, k, part)[None])[0])
 
     yield hermite(trace, k, float(brentq(on_cubic, 0.0, 1.0, xtol=_ON_CUBIC)))
     found = located(trace, k, lambda y, along: float(function(y[None])[0]), _ON_CURVE)
