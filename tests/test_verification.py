@@ -1,6 +1,7 @@
 """Every case of the verification manual agrees, and the page says what is computed."""
 
 import dataclasses
+import re
 from functools import cache
 from pathlib import Path
 
@@ -20,22 +21,23 @@ def quantities(index):
     return CASES[index].quantities()
 
 
+def parts(text):
+    """The introduction of a page, and its sections."""
+    return re.split(r"\n(?=## )", text)
+
+
 @pytest.mark.parametrize("index", range(len(CASES)), ids=[case.title for case in CASES])
-def test_a_case_agrees(index):
+def test_a_case_agrees_and_the_page_says_so(index):
+    """All but the last digits is the same text; the digits on the page lie within the tolerance."""
     assert quantities(index)
     for quantity in quantities(index):
         assert quantity.agrees, (quantity.name, quantity.expected, quantity.computed)
         assert quantity.matches_reference, (quantity.name, quantity.expected, quantity.reference)
-
-
-def test_the_page_is_what_is_computed():
-    """All but the last digits is the same text; the digits on the page lie within the tolerance."""
-    results = [(case, quantities(index)) for index, case in enumerate(CASES)]
-    written, taken = manual.masked(manual.PAGE.read_text(encoding="utf-8"))
-    fresh, _ = manual.masked(manual.page(results))
+    section = parts(manual.PAGE.read_text(encoding="utf-8"))[1 + index]
+    written, taken = manual.masked(section)
+    fresh, _ = manual.masked(manual.section(CASES[index], quantities(index)))
     assert written == fresh, "docs/verification.md: make verify writes it anew"
-    rows = [quantity for _, row in results for quantity in row]
-    for quantity, (computed, difference, relative) in zip(rows, taken, strict=True):
+    for quantity, (computed, difference, relative) in zip(quantities(index), taken, strict=True):
         shown = dataclasses.replace(quantity, computed=float(computed))
         assert shown.agrees, (quantity.name, computed)
         # Two digits are shown.
@@ -43,6 +45,15 @@ def test_the_page_is_what_is_computed():
         if quantity.expected:
             ratio = shown.difference / float(quantity.expected)
             assert float(relative) == pytest.approx(ratio, rel=0.06, abs=2 * EPS)
+
+
+def test_the_page_has_all_cases():
+    text = manual.PAGE.read_text(encoding="utf-8")
+    introduction, *sections = parts(text)
+    assert introduction == manual.INTRODUCTION
+    assert [section.splitlines()[0] for section in sections] == [f"## {case.title}" for case in CASES]
+    assert parts(manual.page([(case, []) for case in CASES]))[0] == introduction
+    assert len(parts(manual.page([(case, []) for case in CASES]))) == 1 + len(CASES)
 
 
 def test_titles_and_files_are_complete():
