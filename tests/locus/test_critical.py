@@ -1,3 +1,5 @@
+from itertools import permutations
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -6,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from curve_checks import random_plane
 from quad_block import quad_block
 from stickslip import types
 from stickslip.locus.path import Sliding
@@ -240,6 +243,26 @@ def test_hopf_points_alone_are_those_among_all_critical_points():
         assert [p.direction for p in alone] == [p.direction for p in every]
         found += len(every)
     assert found >= 6
+
+
+def test_limits_of_stability_are_those_among_all_critical_points():
+    """Of random scenes with lock-ins, modes that meet their conjugates, and general damping."""
+    kept = ("hopf", "divergence", "separation")
+    rng = np.random.default_rng(5)
+    found = dict.fromkeys(kept, 0)
+    for index in (18, 33, 36, 39, 78, 85, 87, 91):
+        scene, ranges = random_plane(3, index)
+        for name, other in permutations(ranges):
+            path = Sliding(Family(scene)).path(name, *ranges[name], {other: rng.uniform(*ranges[other])})
+            limits = [(kind, place.real) for kind, _, place, *_ in zip(*path.stability_limits(), strict=True)]
+            points = zip(*path.critical_points(0.0)[0], strict=True)
+            every = [(kind, place.real) for kind, _, place, *_ in points if kind in kept]
+            assert [kind for kind, _ in limits] == [kind for kind, _ in every], index
+            off = 1e-9 * np.ptp(ranges[name])
+            assert [place for _, place in limits] == pytest.approx([place for _, place in every], abs=off)
+            for kind, _ in limits:
+                found[kind] += 1
+    assert min(found.values()) >= 3, found
 
 
 def test_only_modes_near_the_axis_are_followed():
