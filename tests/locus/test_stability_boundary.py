@@ -8,7 +8,11 @@ import pytest
 import interrupts
 import stickslip as ss
 from curve_checks import PLANES, contradictions, random_plane
+from stickslip.locus.boundary.codimension import meetings, others
+from stickslip.locus.boundary.conditions import Hopf
 from stickslip.locus.boundary.curves import pieces
+from stickslip.locus.boundary.plane import Expansion
+from stickslip.locus.boundary.tracing import traced
 from stickslip.scene.parameters.family import Family
 
 TWO = ss.models.two_subsystems
@@ -56,7 +60,7 @@ def test_the_published_model_beside_a_fine_map(published, name):
 def test_points_are_on_their_curve(published, name):
     model, _ = PLANES[name]
     for curve in published[name]:
-        for place, frequency, others in zip(curve.values, curve.frequency, curve.unstable_modes, strict=True):
+        for place, frequency, beyond in zip(curve.values, curve.frequency, curve.unstable_modes, strict=True):
             values = dict(zip(curve.names, map(float, place), strict=True))
             modes = ss.complex_modes(Family(model).scene(values))
             own = np.argmin(np.abs(modes.eigenvalues - 2j * np.pi * frequency))
@@ -65,7 +69,7 @@ def test_points_are_on_their_curve(published, name):
                 modes.eigenvalues[own]
             )
             upper = (modes.eigenvalues.imag >= 0.0) & (np.arange(modes.eigenvalues.size) != own)
-            assert np.count_nonzero(modes.unstable[upper]) == others
+            assert np.count_nonzero(modes.unstable[upper]) == beyond
 
 
 def test_slider_speed_does_not_matter_under_constant_friction(published):
@@ -386,3 +390,36 @@ def test_ctrl_c_leaves_the_curves_found():
     found, told, *message = interrupts.printed(INTERRUPTED, timeout=60).split()
     assert (found, told) == ("2", "True")
     assert message[-3:] == ["of", "6000", "lines"]
+
+
+class BesideAPole:
+    """Two oscillators: the growth of one begins at v = 0.5, the stiffness of the other is u - 0.4.
+
+    The other is pressed, and its contact closed, by 1 / (u - 0.4) - 100: from 0.4 to 0.41.
+    """
+
+    region = basis = None
+
+    def seen(self, eigenvalues):
+        return eigenvalues
+
+    def at(self, u, v):
+        mass, damping, stiffness = np.zeros((3, 3, 2, 2))
+        load, rows, offsets = np.zeros((3, 2)), np.zeros((3, 1, 2)), np.zeros((3, 1))
+        mass[0] = np.eye(2)
+        damping[0], damping[2, 0, 0] = np.diag([v - 0.5, 0.1]), 1.0
+        stiffness[0], stiffness[1, 1, 1] = np.diag([4.0, u - 0.4]), 1.0
+        load[0, 1] = rows[0, 0, 1] = 1.0
+        offsets[0, 0] = 100.0
+        return Expansion(mass, damping, stiffness, load, rows, offsets)
+
+
+def test_a_separation_beside_a_pole_is_a_point_of_a_hopf_curve():
+    """Both lie between two points of the curve, at which the margin has one sign."""
+    condition = Hopf(BesideAPole(), np.array([0.2, 0.5]), 2.0)
+    curve = traced(condition, condition.start)
+    places = curve.points[:, 0]
+    assert not ((places > 0.4) & (places < 0.41)).any()
+    found = meetings(curve, others(curve, curve.points), np.array([0]))
+    assert [one.kind for one in found] == ["zero_hopf", "separation"]
+    assert [one.place for one in found] == [pytest.approx([u, 0.5], abs=1e-13) for u in (0.4, 0.41)]
