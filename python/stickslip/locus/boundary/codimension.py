@@ -189,10 +189,10 @@ def _joined(
 def _starts(trace: Trace, k: int, function: Callable[[Real], Real]) -> Iterator[Real]:
     """Yield points between points k and k + 1 of a curve, each nearer to a zero of a function of points."""
     ends = function(trace.points[k : k + 2])
-    if ends[0] * ends[1] >= 0.0:
-        yield hermite(trace, k, 0.5)
+    product = ends[0] * ends[1]
+    yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])) if product < 0.0 else 0.5)
+    if product > 0.0:
         return
-    yield hermite(trace, k, float(ends[0] / (ends[0] - ends[1])))
 
     def on_cubic(part: float) -> float:
         return float(ends[int(part)] if part in (0.0, 1.0) else function(hermite(trace, k, part)[None])[0])
