@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::functional::Functional;
-use crate::contact::problem::contact_problem::status_equations;
 use crate::contact::problem::dependent::Forces;
 use crate::linalg::dense::Factors;
 use crate::scene::contact_law::Contact;
@@ -157,6 +156,27 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
     let mut held = DMatrix::zeros(w.nrows(), w.nrows());
     rows.into_iter().for_each(|row| held.set_row(row, &w.row(row)));
     Factors::new(matrix).solve(held)
+}
+
+/// The equations of statuses over the forces (T, N) of all contacts: an entry of a that must vanish, whose rows are returned, or
+/// a force that is given by another.
+fn status_equations(
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+    friction: impl Fn(usize) -> f64,
+) -> (DMatrix<f64>, Vec<usize>) {
+    let mut matrix = DMatrix::identity(w.nrows(), w.nrows());
+    let mut held = Vec::new();
+    for (i, &status) in statuses.iter().enumerate() {
+        let (t, n) = (2 * i, 2 * i + 1);
+        held.extend((status == Status::Sticking).then_some(t));
+        held.extend(status.is_closed().then_some(n));
+        if status.is_sliding() {
+            matrix[(t, n)] = -status.friction_sign() * friction(i);
+        }
+    }
+    held.iter().for_each(|&row| matrix.set_row(row, &w.row(row)));
+    (matrix, held)
 }
 
 /// (T, N) of every contact as sums of the reactions (T, N) of all.

@@ -93,6 +93,21 @@ impl Functional {
         Self { position, velocity, constant: self.constant + constant }
     }
 
+    /// The same of many functionals.
+    pub fn pull_back_all<'a>(all: impl Iterator<Item = &'a mut Self>, slaved: &SlavedCoordinates) {
+        let all: Vec<&mut Self> = all.collect();
+        let pulled = |of: fn(&Self) -> &[(usize, f64)]| {
+            slaved.all_pulled_back(&all.iter().map(|one| of(one)).collect::<Vec<_>>())
+        };
+        let (positions, velocities) = (pulled(|one| &one.position), pulled(|one| &one.velocity));
+        for (one, (position, velocity)) in
+            all.into_iter().zip(positions.into_iter().zip(velocities))
+        {
+            one.constant += position.1;
+            (one.position, one.velocity) = (position.0, velocity.0);
+        }
+    }
+
     /// `sum_j factor_j part_j`
     pub fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
         let merged = |of: fn(&Self) -> &[(usize, f64)]| {

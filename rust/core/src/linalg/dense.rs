@@ -9,7 +9,6 @@ use nalgebra::{
 };
 use num_complex::Complex64;
 
-use crate::numerics::double_double::Doubled;
 use crate::numerics::singular_values::pseudo_inverse;
 
 /// Number of rows from which faer's blocked factors take less time than nalgebra's: with 6 rows they take three times as
@@ -105,6 +104,16 @@ impl<T: Field> Factors<T> {
         match matrix.nrows() < BLOCKED {
             true => Self::Small(matrix.lu()),
             false => Self::Large(Box::new(viewed(&matrix).partial_piv_lu())),
+        }
+    }
+
+    /// The diagonal of U.
+    fn pivots(&self) -> Vec<T> {
+        match self {
+            Self::Small(factors) => factors.lu_internal().diagonal().data.into(),
+            Self::Large(factors) => {
+                factors.U().diagonal().column_vector().iter().cloned().collect()
+            }
         }
     }
 
@@ -232,20 +241,22 @@ pub(crate) fn regular_solution(matrix: &DMatrix<f64>, rhs: &[f64]) -> Option<DVe
     of_size!(2 3 4 5 6 7 8)
 }
 
-/// `matrix^-1 rhs` with one step of refinement, its residuals in doubled precision: then it is accurate to its own
-/// rounding. None where a pivot of the equilibrated rows is below [`REFINABLE`].
-pub(crate) fn refined_solution(matrix: DMatrix<f64>, rhs: &DVector<f64>) -> Option<DVector<f64>> {
-    let regular = Equilibrated::new(matrix.clone(), REFINABLE)?;
-    let mut solution = regular.solve(rhs.as_slice())?;
-    let residual: Vec<f64> = matrix
-        .row_iter()
-        .zip(rhs)
-        .map(|(row, &load)| {
-            let terms = row.iter().zip(&solution).map(|(&a, &x)| (Doubled::from(-a), x));
-            Doubled::dot(terms).add(load.into()).value()
-        })
-        .collect();
-    solution += regular.solve(&residual)?;
+/// x with one step of refinement, where `left` is what x leaves of the right-hand side of `matrix x`, in doubled precision: then
+/// x is accurate to its own rounding. None where a pivot of the rows divided by `sizes` is below [`REFINABLE`].
+pub(crate) fn refined_solution(
+    mut matrix: DMatrix<f64>,
+    sizes: &DVector<f64>,
+    left: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> Option<DVector<f64>> {
+    matrix.column_iter_mut().for_each(|mut column| column.component_div_assign(sizes));
+    let factors = Factors::new(matrix);
+    if !factors.pivots().iter().all(|pivot| pivot.abs() > REFINABLE) {
+        return None;
+    }
+    let mut solution = DVector::zeros(sizes.len());
+    for _ in 0..2 {
+        solution += factors.solve(left(&solution).component_div(sizes));
+    }
     Some(solution)
 }
 
@@ -256,13 +267,7 @@ pub(crate) fn smallest_relative_pivot(matrix: &DMatrix<f64>) -> f64 {
     }
     let pivots: DVector<f64> = match matrix.nrows() <= COMPLETE_PIVOTING {
         true => matrix.clone().full_piv_lu().lu_internal().diagonal(),
-        false => {
-            let factors = viewed(matrix).partial_piv_lu();
-            DVector::from_iterator(
-                matrix.nrows(),
-                factors.U().diagonal().column_vector().iter().copied(),
-            )
-        }
+        false => Factors::new(matrix.clone()).pivots().into(),
     };
     let (smallest, largest) = (pivots.amin(), pivots.amax());
     if largest > 0.0 { smallest / largest } else { 0.0 }

@@ -20,6 +20,7 @@ use crate::motion::panel::Cone;
 use crate::motion::taylor::bordered::has_followers;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::motion::taylor::operator::TaylorOperator;
+use crate::scene::dependent::slaved_coordinates::SlavedCoordinates;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
@@ -82,17 +83,13 @@ impl CombinationBasis {
             functions.sort_by_key(|function| function.contact);
         }
         if let Some(condensed) = &condensed {
-            for function in &mut functions {
-                function.functional = function.functional.pulled_back(&condensed.slaved);
-            }
+            pull_back(&mut functions, &condensed.slaved);
         }
         let dependent = scene.has_dependent_directions();
         let fitted =
             (dependent || is_linear).then(|| Arc::new(scene.fitted(combination).into_owned()));
         if let Some(fitted) = fitted.as_ref().filter(|_| dependent) {
-            for function in &mut functions {
-                function.functional = function.functional.pulled_back(&fitted.dependents);
-            }
+            pull_back(&mut functions, &fitted.dependents);
         }
         if condensed.is_some() || dependent {
             functions.retain(|function| !keeps(scene, combination, &function.functional));
@@ -283,6 +280,11 @@ impl CombinationBasis {
             Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
         }
     }
+}
+
+/// Event functions where some coordinates follow the others.
+fn pull_back(functions: &mut [EventFunction], slaved: &SlavedCoordinates) {
+    Functional::pull_back_all(functions.iter_mut().map(|one| &mut one.functional), slaved);
 }
 
 /// The event functions of contacts in planes.

@@ -77,14 +77,6 @@ impl Doubled {
         quotient
     }
 
-    /// `sum_k weight_k x_k`
-    pub fn dot(terms: impl Iterator<Item = (Self, f64)>) -> Self {
-        terms.fold(Self::default(), |sum, (weight, x)| {
-            let (high, low) = two_product(weight.high, x);
-            sum.add(Self { high, low: low + weight.low * x })
-        })
-    }
-
     pub fn value(self) -> f64 {
         self.high + self.low
     }
@@ -210,11 +202,10 @@ mod tests {
         /// Terms of both signs that nearly cancel: the sum of their moduli says what is lost.
         #[test]
         fn dot_products(terms in proptest::collection::vec((-WHOLE..WHOLE, -WHOLE..WHOLE), 1..40)) {
-            let whole: i128 = terms.iter().map(|&(a, b)| i128::from(a) * i128::from(b) / 64).sum();
-            let size: i128 =
-                terms.iter().map(|&(a, b)| (i128::from(a) * i128::from(b) / 64).abs()).sum();
-            let weights = |&(a, b): &(i64, i64)| (doubled(i128::from(a) * i128::from(b) / 64), 1.0);
-            let found = Doubled::dot(terms.iter().map(weights));
+            let whole: i128 = terms.iter().map(|&(a, b)| i128::from(a) * i128::from(b)).sum();
+            let size: i128 = terms.iter().map(|&(a, b)| (i128::from(a) * i128::from(b)).abs()).sum();
+            let products = terms.iter().map(|&(a, b)| Doubled::product(a as f64, b as f64));
+            let found = products.fold(Doubled::default(), Doubled::add);
             let last = terms.len() as f64 * ACCURACY * size as f64 + 1.0;
             prop_assert!((exact(found) - whole).unsigned_abs() as f64 <= last);
         }

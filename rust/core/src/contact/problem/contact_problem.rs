@@ -18,6 +18,7 @@ use crate::contact::problem::conditions::{AT_REST, Case, Conditions};
 use crate::contact::problem::dependent::Forces;
 use crate::error::run::Level;
 use crate::linalg::dense::refined_solution;
+use crate::numerics::double_double::Doubled;
 use crate::scene::status::Status;
 
 /// Violation of an inequality, relative to its terms, that counts as rounding.
@@ -147,10 +148,41 @@ impl ContactProblem {
         if self.dependent {
             return self.dependent_forces(statuses).map(|found| found.0);
         }
-        let (matrix, held) = status_equations(&self.w, statuses, |i| self.contacts[i].friction);
-        let mut rhs = DVector::zeros(self.a0.len());
-        held.into_iter().for_each(|row| rhs[row] = -self.a0[row]);
-        refined_solution(matrix, &rhs)
+        // Equations are left of what is held alone: other forces are zero, or the friction that a normal force brings.
+        let mut held = Vec::new();
+        for (i, &status) in statuses.iter().enumerate() {
+            let friction = status.friction_sign() * self.contacts[i].friction;
+            held.extend((status == Status::Sticking).then_some((2 * i, None)));
+            let brought = status.is_sliding().then_some((2 * i, friction));
+            held.extend(status.is_closed().then_some((2 * i + 1, brought)));
+        }
+        let entry = |i: usize, j: usize| {
+            let (row, (own, brought)) = (held[i].0, held[j]);
+            self.w[(row, own)] + brought.map_or(0.0, |(of, factor)| factor * self.w[(row, of)])
+        };
+        let sizes = held.iter().map(|&(row, _)| self.w.row(row).amax());
+        let sizes = DVector::from_iterator(held.len(), sizes);
+        let of_all = |x: &DVector<f64>| {
+            let mut forces = DVector::zeros(self.a0.len());
+            for (&(own, brought), x) in held.iter().zip(x) {
+                forces[own] = *x;
+                brought.into_iter().for_each(|(row, factor)| forces[row] = factor * x);
+            }
+            forces
+        };
+        let left = |x: &DVector<f64>| {
+            let mut left: Vec<Doubled> =
+                held.iter().map(|&(row, _)| Doubled::from(-self.a0[row])).collect();
+            let forces = of_all(x);
+            for (column, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+                for (left, &(row, _)) in left.iter_mut().zip(&held) {
+                    *left = left.add(Doubled::product(-self.w[(row, column)], force));
+                }
+            }
+            DVector::from_iterator(held.len(), left.into_iter().map(Doubled::value))
+        };
+        let matrix = DMatrix::from_fn(held.len(), held.len(), entry);
+        refined_solution(matrix, &sizes, left).map(|x| of_all(&x))
     }
 
     /// The shortest forces where directions depend on each other, and the forces that nothing determines; `None` where the
@@ -223,25 +255,4 @@ impl ContactProblem {
         }
         (a - b).amax() <= 100.0 * ROUNDING * scale
     }
-}
-
-/// The equations of statuses over the forces (T, N) of all contacts: an entry of a that must vanish, whose rows are returned, or
-/// a force that is given by another.
-pub(crate) fn status_equations(
-    w: &DMatrix<f64>,
-    statuses: &[Status],
-    friction: impl Fn(usize) -> f64,
-) -> (DMatrix<f64>, Vec<usize>) {
-    let mut matrix = DMatrix::identity(w.nrows(), w.nrows());
-    let mut held = Vec::new();
-    for (i, &status) in statuses.iter().enumerate() {
-        let (t, n) = (2 * i, 2 * i + 1);
-        held.extend((status == Status::Sticking).then_some(t));
-        held.extend(status.is_closed().then_some(n));
-        if status.is_sliding() {
-            matrix[(t, n)] = -status.friction_sign() * friction(i);
-        }
-    }
-    held.iter().for_each(|&row| matrix.set_row(row, &w.row(row)));
-    (matrix, held)
 }

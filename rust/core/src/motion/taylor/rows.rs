@@ -187,14 +187,15 @@ impl Rows {
         let [_, by_u] = &dense;
         let is_damped = |&k: &usize| by_u.iter().skip(k).step_by(n).any(|&weight| weight != 0.0);
         let damped: Vec<usize> = moving.iter().copied().filter(is_damped).collect();
-        let moves = |k: usize| moving.contains(&k);
+        let mut moves = vec![false; n];
+        moving.iter().for_each(|&k| moves[k] = true);
         let mut columns = Vec::new();
         let groups: Vec<usize> = (0..states + outputs).collect();
         for block in groups.chunks(BLOCK) {
             for (of, places) in dense.iter().zip([&moving, &damped]) {
                 let column = |k: usize, g: usize| -> [f64; GROUP] {
                     let entry = |lane: usize| of[(g * GROUP + lane) * n + k];
-                    if moves(k) { std::array::from_fn(entry) } else { [0.0; GROUP] }
+                    if moves[k] { std::array::from_fn(entry) } else { [0.0; GROUP] }
                 };
                 let groups = places.iter().flat_map(|&k| block.iter().map(move |&g| (k, g)));
                 columns.extend(groups.map(|(k, g)| cast::<_, Group>(column(k, g))));

@@ -3,7 +3,14 @@
 use std::ops::Deref;
 use std::slice;
 
-use crate::linalg::sparse::{SparseMatrix, sum_of};
+use nalgebra::{DMatrix, DVectorView};
+
+use crate::linalg::sparse::{SparseMatrix, sum_of, summed};
+
+/// Multiplications from which sums over followers are a product of dense matrices, if that multiplies at most so many
+/// times as often: dense products are that much faster than sums in places.
+const DENSE: usize = 1 << 15;
+const FASTER: usize = 8;
 
 /// `q_coordinate = constant + sum_k weight_k q_k`
 #[derive(Debug, Clone)]
@@ -52,9 +59,6 @@ impl SlavedCoordinates {
 
     /// A sum over coordinates as one over masters, and the constant that this adds.
     pub fn pulled_back(&self, terms: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
-        let constants =
-            terms.iter().filter_map(|&(k, weight)| Some(weight * self.find(k)?.constant));
-        let constant = constants.fold(0.0, |sum, part| sum + part);
         let parts: Vec<(f64, &[(usize, f64)])> = terms
             .iter()
             .map(|term| match self.find(term.0) {
@@ -65,7 +69,55 @@ impl SlavedCoordinates {
         let all = parts.iter().flat_map(|&(factor, terms)| {
             terms.iter().map(move |&(k, weight)| (k, factor * weight))
         });
-        (sum_of(all), constant)
+        (sum_of(all), constant_of(terms, |k| self.find(k)))
+    }
+
+    /// The same of many sums: where all have many terms, `W_r + W_e S` with the weights W_e of the coordinates e that follow
+    /// by `q_e = S q_r + c` and W_r of the others.
+    pub fn all_pulled_back(&self, sums: &[&[(usize, f64)]]) -> Vec<(Vec<(usize, f64)>, f64)> {
+        let terms = || sums.iter().copied().flatten();
+        let followed = || self.0.iter().flat_map(|one| &one.terms);
+        let own = self.0.iter().map(|one| one.coordinate);
+        let all = terms().chain(followed()).map(|term| term.0).chain(own);
+        let mut follower = vec![None; all.max().map_or(0, |k| k + 1)];
+        for (place, one) in self.0.iter().enumerate() {
+            follower[one.coordinate] = Some(place);
+        }
+        let each = terms().filter_map(|&(k, _)| follower[k]);
+        let multiplied = each.map(|place| self.0[place].terms.len()).sum::<usize>();
+        let mut master = vec![0; follower.len()];
+        followed().for_each(|term| master[term.0] = 1);
+        let masters: Vec<usize> = (0..master.len()).filter(|&k| master[k] > 0).collect();
+        let dense = sums.len() * self.0.len() * masters.len();
+        if multiplied < DENSE || dense > FASTER * multiplied {
+            return sums.iter().map(|terms| self.pulled_back(terms)).collect();
+        }
+        masters.iter().enumerate().for_each(|(place, &k)| master[k] = place);
+        let of = |rows: usize| DMatrix::<f64>::zeros(rows, self.0.len());
+        let (mut shapes, mut weights) = (of(masters.len()), of(sums.len()));
+        for (column, one) in self.0.iter().enumerate() {
+            for &(k, value) in &one.terms {
+                shapes[(master[k], column)] += value;
+            }
+        }
+        for (row, terms) in sums.iter().enumerate() {
+            for &(k, weight) in terms.iter() {
+                if let Some(column) = follower[k] {
+                    weights[(row, column)] += weight;
+                }
+            }
+        }
+        let pulled = shapes * weights.transpose();
+        let of = |(terms, pulled): (&&[(usize, f64)], DVectorView<f64>)| {
+            let own = terms.iter().copied().filter(|term| follower[term.0].is_none());
+            let added = masters.iter().copied().zip(pulled.iter().copied());
+            let added = added.filter(|term| term.1 != 0.0);
+            let mut sum = Vec::with_capacity(terms.len() + masters.len());
+            sum.extend(own.chain(added));
+            summed(&mut sum);
+            (sum, constant_of(terms, |k| Some(&self.0[follower[k]?])))
+        };
+        sums.iter().zip(pulled.column_iter()).map(of).collect()
     }
 
     /// R, with the terms of masters below `structure` alone.
@@ -107,6 +159,12 @@ impl SlavedCoordinates {
         self.0[index] = solved;
         Self::new(self.0)
     }
+}
+
+/// What constants add to a sum over coordinates of which some follow.
+fn constant_of<'a>(terms: &[(usize, f64)], find: impl Fn(usize) -> Option<&'a Slaved>) -> f64 {
+    let constants = terms.iter().filter_map(|&(k, weight)| Some(weight * find(k)?.constant));
+    constants.fold(0.0, |sum, part| sum + part)
 }
 
 impl Deref for SlavedCoordinates {
@@ -152,6 +210,34 @@ mod tests {
         assert!(sums.capacity() <= 2 * sums.len());
         let constants = (0..40).map(|i| terms[2 * i].1 * 0.1 * i as f64);
         assert!((constant - constants.sum::<f64>()).abs() < 1e-13);
+    }
+
+    /// As products of dense matrices and one by one, of followers that all have 60 masters, and of such that have 1 each.
+    #[test]
+    fn many_sums_are_pulled_back_as_each_of_them() {
+        for masters in [60, 1] {
+            let follower = |i: usize| Slaved {
+                coordinate: 3 * i,
+                constant: 0.1 * i as f64,
+                terms: (0..masters)
+                    .map(|j| (120 + i + j, (i as f64 - 3.7 * j as f64).sin()))
+                    .collect(),
+            };
+            let slaved = SlavedCoordinates::new((0..40).map(follower).collect());
+            let sum = |row: usize| -> Vec<(usize, f64)> {
+                (row % 5..180).map(|k| (k, (1.3 * (k + 7 * row) as f64).cos())).collect()
+            };
+            // The last one has no followers.
+            let sums: Vec<_> = (0..50).map(sum).chain([vec![(1, 2.0), (125, -1.0)]]).collect();
+            let all = slaved.all_pulled_back(&sums.iter().map(|sum| &sum[..]).collect::<Vec<_>>());
+            assert_eq!(all.len(), sums.len());
+            for (sum, (terms, constant)) in sums.iter().zip(all) {
+                let (expected, of_constants) = slaved.pulled_back(sum);
+                assert_eq!(constant, of_constants);
+                assert!(terms.iter().map(|term| term.0).eq(expected.iter().map(|term| term.0)));
+                assert!(terms.iter().zip(expected).all(|(a, b)| (a.1 - b.1).abs() <= 1e-13));
+            }
+        }
     }
 
     fn contact(tangential: Vec<(usize, f64)>, normal: Vec<(usize, f64)>) -> ContactInput {

@@ -151,16 +151,22 @@ impl Condensed {
     /// What is left of `scene`, over all coordinates, of which those without mass follow; their rows and columns are zero.
     fn left_of(&self, scene: &Scene) -> Scene {
         let mut force = scene.force.clone();
+        let follows = |k: usize| self.slaved.find(k).is_some();
+        let is_tied = |row: usize| scene.stiffness.row(row).any(|entry| follows(entry.0));
+        let tied: Vec<usize> = (0..scene.size).filter(|&k| !follows(k) && is_tied(k)).collect();
+        let rows: Vec<Vec<(usize, f64)>> =
+            tied.iter().map(|&row| scene.stiffness.row(row).collect()).collect();
+        let pulled =
+            self.slaved.all_pulled_back(&rows.iter().map(|row| &row[..]).collect::<Vec<_>>());
+        let mut pulled = tied.into_iter().zip(pulled).peekable();
         let stiffness = SparseMatrix::from_rows(scene.size, |row, entries| {
-            if self.slaved.find(row).is_some() {
-                force[row] = 0.0;
-                return;
-            }
-            entries.extend(scene.stiffness.row(row));
-            if entries.iter().any(|entry| self.slaved.find(entry.0).is_some()) {
-                let (sums, constant) = self.slaved.pulled_back(entries);
+            if let Some((_, (sums, constant))) = pulled.next_if(|one| one.0 == row) {
                 *entries = sums;
                 force[row] -= constant;
+            } else if follows(row) {
+                force[row] = 0.0;
+            } else {
+                entries.extend(scene.stiffness.row(row));
             }
         });
         // Beside a border series need no scene that is left.
@@ -238,13 +244,10 @@ fn eliminated(
                 .creeping(combination)
                 .any(|(contact, _)| scene.contacts[contact].tangential == k)
     };
-    let mut others: Vec<usize> = rows
-        .iter()
-        .flat_map(|row| row.iter().map(|entry| entry.0))
-        .filter(|&k| place(k).is_none() && counts(k))
-        .collect();
+    let mut others: Vec<usize> = rows.iter().flatten().map(|entry| entry.0).collect();
     others.sort_unstable();
     others.dedup();
+    others.retain(|&k| place(k).is_none() && counts(k));
     let mut matrix = DMatrix::zeros(count, count);
     let mut known = DMatrix::zeros(count, others.len() + 1);
     for (i, (row, source)) in rows.iter().zip(&sources).enumerate() {
