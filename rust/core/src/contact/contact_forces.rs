@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::functional::Functional;
 use crate::contact::problem::dependent::Forces;
+use crate::contact::problem::held_rows::held_rows;
 use crate::linalg::dense::Factors;
 use crate::scene::contact_law::Contact;
 use crate::scene::friction::contact_state::StateContact;
@@ -137,7 +138,14 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
         let (held, found) = dependent_forces(scene, w, statuses);
         return found.of_rows * w.select_rows(&held);
     }
-    let (mut matrix, mut rows) = status_equations(w, statuses, |i| scene.contacts[i].friction);
+    // An equation for each force (T, N): its entry of a vanishes, or another force gives it.
+    let mut matrix = DMatrix::identity(w.nrows(), w.nrows());
+    let held_rows = held_rows(statuses, |i| scene.contacts[i].friction);
+    for held in &held_rows {
+        matrix.set_row(held.row, &w.row(held.row));
+        held.forces().skip(1).for_each(|(row, factor)| matrix[(row, held.row)] = -factor);
+    }
+    let mut rows: Vec<usize> = held_rows.iter().map(|held| held.row).collect();
     for contacts in scene.planes().filter(|&[first, _]| statuses[first].is_closed()) {
         let normal = 2 * contacts[0] + 1;
         for contact in contacts {
@@ -156,27 +164,6 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
     let mut held = DMatrix::zeros(w.nrows(), w.nrows());
     rows.into_iter().for_each(|row| held.set_row(row, &w.row(row)));
     Factors::new(matrix).solve(held)
-}
-
-/// The equations of statuses over the forces (T, N) of all contacts: an entry of a that must vanish, whose rows are returned, or
-/// a force that is given by another.
-fn status_equations(
-    w: &DMatrix<f64>,
-    statuses: &[Status],
-    friction: impl Fn(usize) -> f64,
-) -> (DMatrix<f64>, Vec<usize>) {
-    let mut matrix = DMatrix::identity(w.nrows(), w.nrows());
-    let mut held = Vec::new();
-    for (i, &status) in statuses.iter().enumerate() {
-        let (t, n) = (2 * i, 2 * i + 1);
-        held.extend((status == Status::Sticking).then_some(t));
-        held.extend(status.is_closed().then_some(n));
-        if status.is_sliding() {
-            matrix[(t, n)] = -status.friction_sign() * friction(i);
-        }
-    }
-    held.iter().for_each(|&row| matrix.set_row(row, &w.row(row)));
-    (matrix, held)
 }
 
 /// (T, N) of every contact as sums of the reactions (T, N) of all.

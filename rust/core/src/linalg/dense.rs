@@ -267,7 +267,7 @@ pub(crate) fn smallest_relative_pivot(matrix: &DMatrix<f64>) -> f64 {
     }
     let pivots: DVector<f64> = match matrix.nrows() <= COMPLETE_PIVOTING {
         true => matrix.clone().full_piv_lu().lu_internal().diagonal(),
-        false => Factors::new(matrix.clone()).pivots().into(),
+        false => Factors::Large(Box::new(viewed(matrix).partial_piv_lu())).pivots().into(),
     };
     let (smallest, largest) = (pivots.amin(), pivots.amax());
     if largest > 0.0 { smallest / largest } else { 0.0 }

@@ -16,6 +16,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::problem::conditions::{AT_REST, Case, Conditions};
 use crate::contact::problem::dependent::Forces;
+use crate::contact::problem::held_rows::held_rows;
 use crate::error::run::Level;
 use crate::linalg::dense::refined_solution;
 use crate::numerics::double_double::Doubled;
@@ -149,37 +150,29 @@ impl ContactProblem {
             return self.dependent_forces(statuses).map(|found| found.0);
         }
         // Equations are left of what is held alone: other forces are zero, or the friction that a normal force brings.
-        let mut held = Vec::new();
-        for (i, &status) in statuses.iter().enumerate() {
-            let friction = status.friction_sign() * self.contacts[i].friction;
-            held.extend((status == Status::Sticking).then_some((2 * i, None)));
-            let brought = status.is_sliding().then_some((2 * i, friction));
-            held.extend(status.is_closed().then_some((2 * i + 1, brought)));
-        }
-        let entry = |i: usize, j: usize| {
-            let (row, (own, brought)) = (held[i].0, held[j]);
-            self.w[(row, own)] + brought.map_or(0.0, |(of, factor)| factor * self.w[(row, of)])
-        };
-        let sizes = held.iter().map(|&(row, _)| self.w.row(row).amax());
+        let held = held_rows(statuses, |i| self.contacts[i].friction);
+        let sizes = held.iter().map(|held| self.w.row(held.row).amax());
         let sizes = DVector::from_iterator(held.len(), sizes);
         let of_all = |x: &DVector<f64>| {
             let mut forces = DVector::zeros(self.a0.len());
-            for (&(own, brought), x) in held.iter().zip(x) {
-                forces[own] = *x;
-                brought.into_iter().for_each(|(row, factor)| forces[row] = factor * x);
+            for (held, x) in held.iter().zip(x) {
+                held.forces().for_each(|(row, factor)| forces[row] = factor * x);
             }
             forces
         };
         let left = |x: &DVector<f64>| {
             let mut left: Vec<Doubled> =
-                held.iter().map(|&(row, _)| Doubled::from(-self.a0[row])).collect();
+                held.iter().map(|held| Doubled::from(-self.a0[held.row])).collect();
             let forces = of_all(x);
             for (column, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
-                for (left, &(row, _)) in left.iter_mut().zip(&held) {
-                    *left = left.add(Doubled::product(-self.w[(row, column)], force));
+                for (left, held) in left.iter_mut().zip(&held) {
+                    *left = left.add(Doubled::product(-self.w[(held.row, column)], force));
                 }
             }
             DVector::from_iterator(held.len(), left.into_iter().map(Doubled::value))
+        };
+        let entry = |i: usize, j: usize| {
+            held[j].forces().map(|(column, factor)| factor * self.w[(held[i].row, column)]).sum()
         };
         let matrix = DMatrix::from_fn(held.len(), held.len(), entry);
         refined_solution(matrix, &sizes, left).map(|x| of_all(&x))

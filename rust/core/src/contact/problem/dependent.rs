@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use crate::contact::problem::held_rows::held_rows;
 use crate::numerics::singular_values::SingularValues;
 use crate::scene::status::Status;
 
@@ -33,19 +34,12 @@ impl Forces {
         statuses: &[Status],
         friction: impl Fn(usize) -> f64,
     ) -> (Vec<usize>, Self) {
-        let mut held = Vec::new();
-        for (i, &status) in statuses.iter().enumerate().filter(|(_, status)| status.is_closed()) {
-            held.push(2 * i + 1);
-            held.extend((status == Status::Sticking).then_some(2 * i));
+        let rows = held_rows(statuses, friction);
+        let mut map = DMatrix::zeros(2 * statuses.len(), rows.len());
+        for (mut column, held) in map.column_iter_mut().zip(&rows) {
+            held.forces().for_each(|(row, factor)| column[row] = factor);
         }
-        let mut map = DMatrix::zeros(2 * statuses.len(), held.len());
-        for (k, &row) in held.iter().enumerate() {
-            map[(row, k)] = 1.0;
-            let status = statuses[row / 2];
-            if row % 2 == 1 && status.is_sliding() {
-                map[(row - 1, k)] = status.friction_sign() * friction(row / 2);
-            }
-        }
+        let held: Vec<usize> = rows.iter().map(|held| held.row).collect();
         let forces = Self::new(w, &held, &map);
         (held, forces)
     }

@@ -3,6 +3,7 @@
 pub(crate) mod conditions;
 pub(crate) mod contact_problem;
 pub(crate) mod dependent;
+pub(crate) mod held_rows;
 mod one_solution;
 mod proposed_statuses;
 #[cfg(test)]

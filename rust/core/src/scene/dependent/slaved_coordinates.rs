@@ -75,7 +75,12 @@ impl SlavedCoordinates {
     /// The same of many sums: where all have many terms, `W_r + W_e S` with the weights W_e of the coordinates e that follow
     /// by `q_e = S q_r + c` and W_r of the others.
     pub fn all_pulled_back(&self, sums: &[&[(usize, f64)]]) -> Vec<(Vec<(usize, f64)>, f64)> {
+        let one_by_one = || sums.iter().map(|terms| self.pulled_back(terms)).collect();
         let terms = || sums.iter().copied().flatten();
+        let longest = self.0.iter().map(|one| one.terms.len()).max().unwrap_or(0);
+        if longest * terms().count() < DENSE {
+            return one_by_one();
+        }
         let followed = || self.0.iter().flat_map(|one| &one.terms);
         let own = self.0.iter().map(|one| one.coordinate);
         let all = terms().chain(followed()).map(|term| term.0).chain(own);
@@ -90,7 +95,7 @@ impl SlavedCoordinates {
         let masters: Vec<usize> = (0..master.len()).filter(|&k| master[k] > 0).collect();
         let dense = sums.len() * self.0.len() * masters.len();
         if multiplied < DENSE || dense > FASTER * multiplied {
-            return sums.iter().map(|terms| self.pulled_back(terms)).collect();
+            return one_by_one();
         }
         masters.iter().enumerate().for_each(|(place, &k)| master[k] = place);
         let of = |rows: usize| DMatrix::<f64>::zeros(rows, self.0.len());
