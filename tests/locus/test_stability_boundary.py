@@ -8,6 +8,7 @@ import pytest
 import interrupts
 import stickslip as ss
 from curve_checks import PLANES, contradictions, random_plane
+from stickslip.locus.boundary import codimension
 from stickslip.locus.boundary.codimension import meetings, others
 from stickslip.locus.boundary.conditions import Hopf
 from stickslip.locus.boundary.curves import pieces
@@ -85,6 +86,21 @@ def test_curves_without_damping_begin_at_lock_ins(published):
     begins = [curve.values[0] for curve in published["damping"]]
     np.testing.assert_allclose([at[0] for at in begins], [0.612484152848669, 1.989108991216879], rtol=1e-11)
     np.testing.assert_allclose([at[1] for at in begins], 0.0, atol=1e-12)
+
+
+def test_a_lock_in_at_the_end_of_a_curve_is_no_second_pair(monkeypatch):
+    # Where damping vanishes, the eigenvalue of a curve is a double one, computed to the root of rounding.
+    found = []
+
+    def second_pair(trace, k, rank):
+        found.append(search(trace, k, rank))
+        return found[-1]
+
+    search = codimension._second_pair
+    monkeypatch.setattr(codimension, "_second_pair", second_pair)
+    boundary = ss.stability_boundary(*random_plane(3, 87), cells=4)
+    assert min(curve.values[:, 1].min() for curve in boundary) < 1e-12
+    assert [len(one) for one in found] == [1, 1]
 
 
 def test_two_curves_cross_at_a_double_hopf_point(published):

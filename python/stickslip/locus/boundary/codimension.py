@@ -34,6 +34,8 @@ SAME = 1e-7
 _ON_CUBIC, _ON_CURVE = 1e-3, 1e-8
 #: Imaginary part of an eigenvalue below this part of the frequency is taken to vanish.
 _ZERO = 1e-6
+#: Distance of two eigenvalues, of the frequency, up to which they are a double one with its rounding.
+_TWINS = 1e-7
 #: By how much, of the way, a point may pass the ends of a curve, and how far it may be from its cubic.
 _ENDS, _OFF = 1e-9, 1e-2
 
@@ -94,8 +96,12 @@ def meetings(trace: Trace, along: list[Complex], steady: Index) -> list[Meeting]
                 # Nothing else changes.
                 continue
         # Of a pair one, as the other grows or decays with it. A real eigenvalue may be of a pair further on.
-        imaginary = along[k + int(np.argmax(ends))].imag
+        more = k + int(np.argmax(ends))
+        imaginary = along[more].imag
         counted = imaginary >= 0.0 if product > 0.0 else imaginary > 0.0
+        # Where damping vanishes, a Hopf curve ends at a lock-in, and its own eigenvalue is a double one.
+        omega = condition.omega(trace.points[more])
+        counted &= np.abs(along[more] - 1j * omega) > _TWINS * omega
         ranks = [rank for rank in range(min(ends), max(ends)) if counted[rank]]
         found += [one for rank in ranks for one in _second_pair(trace, k, rank)]
     # A margin changes its sign at a pole, too, but not its product with the determinant that vanishes there.

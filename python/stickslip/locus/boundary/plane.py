@@ -73,6 +73,12 @@ class _Piece:
         ends = np.cumsum([0, *(c[0, 0].size for c in self.series)])
         return [(slice(a, b), c.shape[2:]) for a, b, c in zip(ends, ends[1:], self.series, strict=False)]
 
+    def along(self, value: float, axis: int) -> list[Real]:
+        """Return the coefficients of all arrays in the other parameter at a value of one (`axis`)."""
+        terms = np.array(_polynomials(self.local(value, axis), self.terms[axis], 1.0)[0])
+        whole = np.tensordot(terms, self.whole.reshape(*self.terms, -1), (0, axis))
+        return [np.ascontiguousarray(whole[:, part]).reshape(len(whole), *shape) for part, shape in self.parts]
+
     def local(self, value: float, axis: int) -> float:
         """Return t in [-1, 1] of a value of one parameter."""
         centre = 0.5 * (self.lower[axis] + self.upper[axis])
@@ -235,9 +241,9 @@ class Plane:
         ]
         pieces = []
         for piece in row:
-            series = [_contracted(c, piece.local(value, other), other) for c in piece.series]
+            series = piece.along(value, other)
             mass, *damping, stiffness = series[:-STATICS]
-            law: Any = tuple(c[:, 0, 0].copy() for c in damping) if self.proportional else damping[0]
+            law: Any = tuple(c[:, 0, 0] for c in damping) if self.proportional else damping[0]
             pieces.append((piece.lower[axis], piece.upper[axis], mass, law, stiffness, series[-STATICS:]))
         return _core.Path(self.letters, self.size, pieces)
 
