@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench bench-long compare docs pages gallery examples wheel film clean
+.PHONY: help install reproduce test test-core compile-tests test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint lint-core lint-package format bench bench-long compare docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -17,20 +17,26 @@ help: ## List the verbs
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
 	PYTHONPATH=examples $(BIN)/python -m paper reproduce --output $(OUT)
 
+install: $(INSTALLED) ## Set up the virtual environment with the package
+
 test: test-core $(INSTALLED) ## Test the core and the package, without what runs every night (test-slow)
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 20 -m "not nightly"
 
 # In the profile that the package is built in, so that its dependencies compile once.
+TEST_CORE := cargo test --release --locked --package stickslip-core
 test-core: ## Test the core alone, which needs no Python
-	cargo test --release --locked --package stickslip-core
+	$(TEST_CORE)
+
+compile-tests: ## Compile the tests of the core
+	$(TEST_CORE) --quiet --no-run
 
 test-quick: $(INSTALLED) ## Test the package, without what takes seconds or starts other processes
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m "not slow and not process and not nightly"
 
 # pytest prints the seed of a failure; PYTEST="--hypothesis-seed=..." draws the same examples again.
 PYTEST ?=
-test-slow: $(INSTALLED) ## Test the package with many new random examples of every property
-	$(BIN)/python -m pytest --hypothesis-profile slow $(PYTEST)
+test-slow: $(INSTALLED) ## Test the package with all tests, and many new random examples of every property
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --hypothesis-profile slow $(PYTEST)
 
 # Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
 test-browser: $(VENV)/.extra-browser pages ## Look at the documentation, the report and the explorer in a browser
@@ -54,21 +60,25 @@ fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of eight 
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.
 fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root::fuzz
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) --lib first_root::fuzz
 
 fuzz-panels: ## Draw N=1000 random motions under friction laws: errors of their panels against the bounds
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib friction::fuzz -- --nocapture
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) --lib friction::fuzz -- --nocapture
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
 	PYTHONPATH=tests:tests/support:examples $(BIN)/python -m verification.manual
 
-lint: $(INSTALLED) ## Check format, lints, spelling, types, stubs and that the core knows no Python
+lint: lint-core lint-package ## Check format, lints, spelling, types, stubs and that the core knows no Python
+
+lint-core: ## Check the format and the lints of the core, its documentation and that it knows no Python
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked
 	@if cargo tree --locked --package stickslip-core --edges all | grep -E '(^|[^a-z])(pyo3|numpy)'; \
 	then echo 'stickslip-core must not depend on Python' >&2; exit 1; fi
+
+lint-package: $(INSTALLED) ## Check format, lints, spelling, types and stubs of the package
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/codespell README.md CONTRIBUTING.md CHANGELOG.md docs examples python rust

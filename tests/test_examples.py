@@ -9,18 +9,21 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from nightly import nightly
+
 pytestmark = pytest.mark.slow
 
 EXAMPLES = {path.name: path for path in (Path(__file__).parents[1] / "examples").glob("*.py")}
 
 
 #: Those that take longest.
-NIGHTLY = ("squealing_disc.py", "burridge_knopoff.py")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in NIGHTLY)) for name in sorted(EXAMPLES)]
+NIGHTLY = (
+    *("squealing_disc.py", "burridge_knopoff.py", "fault.py", "pad_on_belt.py", "worn_joint.py"),
+    "stable_but_squealing.py",
 )
+
+
+@pytest.mark.parametrize("name", nightly(sorted(EXAMPLES), NIGHTLY.__contains__))
 def test_an_example_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = EXAMPLES[name].read_text(encoding="utf-8")

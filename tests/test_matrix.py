@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from scipy import stats
 
 import stickslip as ss
+from nightly import nightly
 from scene_kinds import KINDS, Kind
 from stickslip import types
 from stickslip.cli import main
@@ -344,11 +345,23 @@ def short(monkeypatch):
     plt.close("all")
 
 
-@pytest.mark.parametrize("view", VIEWS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_seen_through_every_view(kind, view, folders):
+#: Views that take seconds, and the kinds that are seen through them always; all others are every night.
+LONG = ("curve verb", "report verb", "report", "curves in the report", "stability boundary")
+ALWAYS = ("Stribeck", "massless", "own state", "harmonic load", "plane that opens", "two subsystems")
+
+
+def runs_every_night(cell: tuple[str, str]) -> bool:
+    kind, view = cell
+    return view in LONG and kind not in ALWAYS and cell not in REFUSED
+
+
+@pytest.mark.parametrize(
+    "cell", nightly([(kind, view) for kind in KINDS for view in VIEWS], runs_every_night), ids="-".join
+)
+def test_every_kind_is_seen_through_every_view(cell, folders):
+    kind, view = cell
     seen = kind_of(kind)
-    if (said := REFUSED.get((kind, view))) is None:
+    if (said := REFUSED.get(cell)) is None:
         VIEWS[view](seen, folders[kind])
         return
     with pytest.raises(ss.StickslipError, match=said):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import verification
+from nightly import nightly
 from verification import CASES, manual
 from verification.case import Quantity, mp
 
@@ -26,7 +27,21 @@ def parts(text):
     return re.split(r"\n(?=## )", text)
 
 
-@pytest.mark.parametrize("index", range(len(CASES)), ids=[case.title for case in CASES])
+#: Cases that take longest.
+NIGHTLY = (
+    "Mass on a belt under a cubic law of friction",
+    "Mode coupling with a cubic contact spring",
+    "Block on a Stribeck belt",
+    "Bistable mass on a belt, with the basin of sliding",
+    "Slider of rate and state",
+)
+
+
+@pytest.mark.parametrize(
+    "index",
+    nightly(range(len(CASES)), lambda index: CASES[index].title in NIGHTLY),
+    ids=[case.title for case in CASES],
+)
 def test_a_case_agrees_and_the_page_says_so(index):
     """All but the last digits is the same text; the digits on the page lie within the tolerance."""
     assert quantities(index)

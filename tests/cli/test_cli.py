@@ -294,6 +294,7 @@ def test_curve(brake, tmp_path):
     assert (tmp_path / "c.pdf").read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.nightly
 def test_a_curve_that_is_not_there(brake):
     near, across = ("--over", "friction=1.49:1.51"), ("--over", "slider_speed=0.02:0.03")
     none = run("curve", brake, *near, *across, code=1)

@@ -28,13 +28,17 @@ def run(*arguments):
     return shown.output
 
 
-def test_every_verb_takes_a_law(brake, tmp_path):
+def test_every_verb_takes_a_law(brake):
     assert 'law = "' in brake.read_text()
     assert "unstable" in run("modes", brake)
     assert "slip" in run("simulate", brake)
     assert "s+" in run("cycle", brake)
     assert "falling friction" in run("sweep", brake, "--over", "slider_speed=0.025:1:5")
     run("study", brake, "--over", "friction_static=[1.4, 1.5]")
+
+
+@pytest.mark.nightly
+def test_a_report_takes_a_law(brake, tmp_path):
     run("report", brake, "-o", tmp_path / "report.html")
     assert "s+" in (tmp_path / "report.html").read_text()
 

@@ -144,6 +144,7 @@ def reversed_orbit(amplitude, periods):
     return y[2], turn.t[-1]
 
 
+@pytest.mark.nightly
 def test_two_cycles_one_within_the_other_bound_three_basins():
     found = ss.basins(
         nested(),

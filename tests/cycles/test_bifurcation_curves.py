@@ -57,6 +57,7 @@ def test_a_branch_beyond_its_fold_ends_at_the_hopf_point():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_fold_does_not_depend_on_the_unit_of_length():
     """With y in units of (4/3 / cubic)^(1/2) the equations hold no cubic: the fold is at one friction."""
     plane = {"cubic": (0.8, 1.2), "friction": (0.4, 0.7)}
@@ -110,6 +111,7 @@ def touching_speed(damping: float) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_touch_of_the_belt_is_that_of_an_integrator():
     assert touch().value == pytest.approx(TOUCH, abs=1e-9)
     plane = {"slider_speed": (1.3, 2.3), "damping_ratio": (0.04, 0.07)}
@@ -125,6 +127,7 @@ def test_a_touch_of_the_belt_is_that_of_an_integrator():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_closed_curve_comes_back_to_its_start():
     """Over a and b with a belt speed of 1 + a^2 + b^2 the touch is a circle."""
 
@@ -186,6 +189,7 @@ def resonant() -> ss.Cycle:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_two_folds_meet_in_a_cusp():
     fold = ss.continuation(resonant(), {"rate": (1.0, 1.35)}, duffing, step=0.2).folds[0]
     # The point lies on the border of the rectangle, where the curve ends.
@@ -255,6 +259,7 @@ def quenched() -> types.BranchPoint:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_torus_ends_in_a_resonance():
     found = ss.continuation(quenched(), {"amplitude": (0.1, 0.4), "rate": (1.6, 2.2)}, shaken, step=0.2)
     assert set(found.curve.ends) == {"range", "resonance"}
@@ -265,6 +270,7 @@ def test_a_torus_ends_in_a_resonance():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_torus_grows_from_the_end_of_stable_sliding():
     """The load is small against the friction law: averaged, the speed falls by the square of the load."""
     plane = {"amplitude": (0.02, 0.3), "slider_speed": (0.41, 0.45)}
@@ -280,6 +286,7 @@ def test_a_torus_grows_from_the_end_of_stable_sliding():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_grazing_within_a_sequence_ends_where_another_event_changes():
     scene = ss.models.two_subsystems(friction=1.7)
     start = ss.steady_sliding(scene).perturbed(velocity={"x1": 1e-3})
@@ -299,6 +306,7 @@ def test_a_grazing_within_a_sequence_ends_where_another_event_changes():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_two_events_meet_up_to_where_a_flight_vanishes():
     """On one curve contact 1 just does not lift off; where its flight vanishes on the other, the two meet."""
     plane = {"friction": (1.32, 1.37), "slider_speed": (0.0238, 0.0254)}

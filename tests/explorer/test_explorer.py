@@ -649,6 +649,7 @@ def test_a_given_normal_force_is_a_slider_only_where_a_contact_has_one():
     assert [name for name in knobs(Family(scene)) if "normal_force" in name] == ["normal_force_1"]
 
 
+@pytest.mark.nightly
 def test_a_band_of_a_large_scene_has_curves_and_a_map():
     mesh, band = quad_block(10, 6, 2, sparse=True), (38e3, 45e3)
     plane = {"x": ["friction", 0.0, 0.5], "y": ["stiffness", 0.95, 1.05], "cells": 4}

@@ -496,7 +496,7 @@ def test_what_is_ill_posed_is_refused(small):
     [
         ((20, 10, 4), "lumped"),
         pytest.param((40, 20, 8), "lumped", marks=pytest.mark.nightly),
-        ((20, 10, 4), "massless"),
+        pytest.param((20, 10, 4), "massless", marks=pytest.mark.nightly),
     ],
 )
 def test_the_cycle_of_the_reduced_model_is_that_of_the_full_one(mesh, boundary):

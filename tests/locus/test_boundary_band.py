@@ -24,7 +24,9 @@ UNIT = {"p": (0.0, 1.0), "q": (0.0, 1.0)}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("parameters", "band"), PLANES)
+@pytest.mark.parametrize(
+    ("parameters", "band"), [PLANES[0], pytest.param(*PLANES[1], marks=pytest.mark.nightly)]
+)
 def test_curves_of_projected_matrices_are_those_of_all_modes(parameters, band, monkeypatch):
     block = quad_block(6, 3, 2)
     options = {"combination": "++++", "band": band, "cells": 6}

@@ -152,6 +152,7 @@ def test_withheld_eigenvalues_are_counted(disc):
         assert abs(certificate.missing(with_conjugates(left)) - 2 * count) < 1e-6
 
 
+@pytest.mark.nightly
 def test_eigenvalues_next_to_the_contour_are_counted_right_or_in_doubt():
     """One to four of them withheld together, at 1e-6 to 0.2 of the radius; the file itself runs thousands."""
     words = [withheld(seed) for seed in range(40)]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from nightly import nightly
 from quad_block import free_block, quad_block, reduced_block
 from scene_forms import compare_motions, in_matrices
 
@@ -106,7 +107,7 @@ def struck(scene):
     return ss.steady_sliding(scene).perturbed(velocity=dict.fromkeys(scene.dofs[:3], -3.0))
 
 
-@pytest.mark.parametrize("name", COMPLIANT)
+@pytest.mark.parametrize("name", nightly(COMPLIANT, ("beside rigid ones", "under loads").__contains__))
 def test_the_same_events_with_compliant_contacts(name):
     scene = COMPLIANT[name]()
     alike(scene, in_matrices(scene), struck(scene))
@@ -158,6 +159,8 @@ WITHOUT_MASS = {
     "free structure under loads": lambda: shaken(free_without_mass()),
     "static friction": lambda: free_without_mass().replace(static_friction=0.45),
 }
+#: Those of a free structure, which take longest.
+FREE = ("modes of the free structure", "free structure under loads", "static friction")
 
 
 def in_full(scene):
@@ -179,7 +182,7 @@ def loosened(scene):
     return ss.steady_sliding(scene).perturbed(velocity=dict.fromkeys(scene.dofs[-20:-10:5], 0.02))
 
 
-@pytest.mark.parametrize("name", WITHOUT_MASS)
+@pytest.mark.parametrize("name", nightly(WITHOUT_MASS, FREE.__contains__))
 def test_the_same_events_with_dofs_without_mass(name):
     scene = WITHOUT_MASS[name]()
     alike(scene, in_full(scene), loosened(scene))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from nightly import nightly
 from scene_forms import compare_motions, in_matrices
 
 #: s, of the damping.
@@ -71,7 +72,7 @@ def pushed(scene, seed):
 
 @pytest.mark.parametrize("beside", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
-@pytest.mark.parametrize("seed", [0, 1, 2, 4, 7, 8, 9])
+@pytest.mark.parametrize("seed", nightly([0, 1, 2, 4, 7, 8, 9], lambda seed: seed in (0, 1, 4, 8)))
 def test_the_same_events_as_of_dense_matrices(seed, lumped, beside):
     scene = dense_scene(seed, lumped=lumped, beside=beside)
     start = pushed(scene, seed)

@@ -196,6 +196,7 @@ def test_a_scene_without_limit_cycle_has_a_page(scene, says):
     assert (found.run is None) == ("equilibrium" in found.reasons)
 
 
+@pytest.mark.nightly
 def test_under_a_law_of_friction_stability_is_told_over_slider_speed():
     law = ss.friction.Stribeck(static=0.6, kinetic=0.3, speed=0.2)
     damping = ss.Rayleigh(mass=0.5)
@@ -338,6 +339,7 @@ def test_curves_over_two_parameters_have_a_section():
     assert "Curves: none." in page(calm)
 
 
+@pytest.mark.nightly
 def test_a_band_of_a_large_scene_and_what_is_missing_along_its_curves(monkeypatch):
     # As many values as show what is told; a whole report of a mesh takes a minute.
     for name, count in (("CELLS", 3), ("VALUES", 11)):

@@ -279,6 +279,7 @@ def test_a_store_of_another_minor_version_is_refused(tmp_path: Path, monkeypatch
 
 @pytest.mark.process
 @pytest.mark.filterwarnings("default")
+@pytest.mark.nightly
 def test_dask_with_a_worker_killed_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")
     study = models.campaign(samples=600)

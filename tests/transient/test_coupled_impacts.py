@@ -53,7 +53,10 @@ def check(run, balanced):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "coupling", "restitution"), CASES)
+@pytest.mark.parametrize(
+    ("count", "coupling", "restitution"),
+    [case if case[0] < 6 else pytest.param(*case, marks=pytest.mark.nightly) for case in CASES],
+)
 def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
     scene, start = masses_on_a_belt(count, coupling, restitution)
     run = ss.simulate(scene, 0.5, start)

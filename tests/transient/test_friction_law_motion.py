@@ -91,7 +91,8 @@ def test_events_of_two_laws_agree_with_45_digits(events):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("events", [20, pytest.param(100, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("events", [20, 100])
 def test_events_of_three_contacts_agree_with_45_digits(events):
     part = ss.models.Subsystem(
         upper_mass=0.3,

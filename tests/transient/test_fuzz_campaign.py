@@ -19,13 +19,14 @@ from fuzz_laws import PhaseEquations, integrated, phases_by_integrator
 from fuzz_samples import Sampled
 from fuzz_scenes import fuzz_scene
 from fuzz_terms import contact_directions
+from nightly import nightly
 from stickslip.scene.laws.friction import FrictionLaw
 
 pytestmark = pytest.mark.slow
 
 SCENES = 400
 #: Part of the scenes; all of them run every night.
-PARTS = pytest.mark.parametrize("part", [0.5, pytest.param(1.0, marks=pytest.mark.nightly)])
+PARTS = pytest.mark.parametrize("part", nightly([0.1, 1.0], lambda part: part == 1.0))
 #: Scenes of seed 5 with series of impacts inside each other: where gaps hold the rounding of the motion,
 #: modes and Taylor series leave them on different ways.
 NESTED = [62, 473, 629, 1347, 1381]
@@ -521,7 +522,9 @@ def with_friction(scene, factor):
     )
 
 
-@pytest.mark.parametrize(("index", "broken"), [(1, "velocity"), (3, "rebound")])
+@pytest.mark.parametrize(
+    ("index", "broken"), [(1, "velocity"), pytest.param(3, "rebound", marks=pytest.mark.nightly)]
+)
 def test_the_checks_see_what_is_wrong(index, broken):
     """Each check on a run that another scene's trajectory was put into: it must not pass.
 

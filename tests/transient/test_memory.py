@@ -30,6 +30,7 @@ except ss.RunError as error:
 
 @pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit of memory is that of Linux")
+@pytest.mark.nightly
 def test_a_run_ends_with_its_motion_so_far_where_memory_ends():
     done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
