@@ -130,6 +130,9 @@ def test_the_page_of_the_standard_run(standard):
     for value in (0.6124841528, 0.7015671731, 1.989108991, 2.100205602):
         (point,) = (one for one in found.critical if one.value == pytest.approx(value, rel=5e-10))
         assert f"{point.value:.12g}" in outline.cells
+    moved = json.loads(re.search(r'id="move-data">(.*?)</script>', text, re.DOTALL)[1])
+    begins = [one.value for one in found.critical if one.kind == "hopf"]
+    assert [one["value"] for one in moved["loci"]["hopf"]] == begins
     # Contact forces in steady sliding: friction is 1.5 times normal.
     forces = found.scene.stiffness @ found.equilibrium.position - found.scene.force
     assert f"{forces[3]:.6g}" in outline.cells

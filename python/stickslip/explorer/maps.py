@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from stickslip.explorer.picture import packed
 from stickslip.explorer.wanted import CELLS, VALUES, Wanted
 from stickslip.faults import InputError, StickslipError
 from stickslip.locus.critical import critical_points
+from stickslip.locus.points import CriticalPoint
 from stickslip.locus.stability import stability
 from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import shown_growth
@@ -36,7 +38,7 @@ def loci(wanted: Wanted) -> dict[str, Any]:
     try:
         found = sweep(model, {**fixed, name: np.linspace(low, high, count)}, band=band, progress=False)
         points = (
-            critical_points(model, {**fixed, name: (low, high)}, band=band)
+            critical_points(model, {**fixed, name: (low, high)}, kinds=("hopf",), band=band)
             if wanted.message.get("critical") is True
             else ()
         )
@@ -56,12 +58,17 @@ def loci(wanted: Wanted) -> dict[str, Any]:
         "growth": packed(np.where(exists, growth, np.nan)),
         "frequency": packed(np.where(exists, np.abs(branches) / (2.0 * np.pi), np.nan)),
         "unstable": packed(unstable),
-        "hopf": [
-            {"value": point.value, "frequency": point.frequency}
-            for point in points
-            if point.kind == "hopf" and point.steady_sliding
-        ],
+        "hopf": hopf_points(points),
     }
+
+
+def hopf_points(points: Iterable[CriticalPoint]) -> list[dict[str, float]]:
+    """Return where Hopf points lie that steady sliding reaches, as the page marks them."""
+    return [
+        {"value": point.value, "frequency": point.frequency}
+        for point in points
+        if point.kind == "hopf" and point.steady_sliding
+    ]
 
 
 def verdicts(wanted: Wanted) -> dict[str, Any]:

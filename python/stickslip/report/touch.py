@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from stickslip.explorer.maps import loci
+from stickslip.explorer.maps import hopf_points, loci
 from stickslip.explorer.picture import json_text, picture
 from stickslip.explorer.wanted import Explored, Wanted
 from stickslip.faults import InputError
@@ -114,11 +114,11 @@ def _data(found: Findings, explored: Explored) -> dict[str, Any]:
         pictures[k] = picture(wanted(grid[k]), max(EVENTS // found.scene.size, FEWEST))
         if k != first:
             pictures[k] = {key: value for key, value in pictures[k].items() if key not in LEFT_OUT}
-    branches = loci(Wanted(explored, {"values": {}, "x": [name, low, high], "count": LOCI, "critical": True}))
+    branches = loci(Wanted(explored, {"values": {}, "x": [name, low, high], "count": LOCI}))
     unit = found.loci[name].attrs.get("units", "1")
     return {
         "scene": explored.told,
-        "loci": {**branches, "count": LOCI},
+        "loci": {**branches, "hopf": hopf_points(found.critical), "count": LOCI},
         "values": grid,
         "unit": "" if unit == "1" else unit,
         "first": first,

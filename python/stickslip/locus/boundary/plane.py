@@ -77,7 +77,9 @@ class _Piece:
         """Return the coefficients of all arrays in the other parameter at a value of one (`axis`)."""
         terms = np.array(_polynomials(self.local(value, axis), self.terms[axis], 1.0)[0])
         whole = np.tensordot(terms, self.whole.reshape(*self.terms, -1), (0, axis))
-        return [np.ascontiguousarray(whole[:, part]).reshape(len(whole), *shape) for part, shape in self.parts]
+        return [
+            np.ascontiguousarray(whole[:, part]).reshape(len(whole), *shape) for part, shape in self.parts
+        ]
 
     def local(self, value: float, axis: int) -> float:
         """Return t in [-1, 1] of a value of one parameter."""
