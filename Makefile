@@ -22,8 +22,8 @@ install: $(INSTALLED) ## Set up the virtual environment with the package
 test: test-core $(INSTALLED) ## Test the core and the package, without what runs every night (test-slow)
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 20 -m "not nightly"
 
-# In the profile that the package is built in, so that its dependencies compile once.
-TEST_CORE := cargo test --release --locked --package stickslip-core
+# In the profile and with the features that the package is built in, so that the core and its dependencies compile once.
+TEST_CORE := cargo test --release --locked --package stickslip-core --package stickslip-python --tests
 test-core: ## Test the core alone, which needs no Python
 	$(TEST_CORE)
 
@@ -60,10 +60,10 @@ fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of eight 
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.
 fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) --lib first_root::fuzz
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) first_root::fuzz
 
 fuzz-panels: ## Draw N=1000 random motions under friction laws: errors of their panels against the bounds
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) --lib friction::fuzz -- --nocapture
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) $(TEST_CORE) friction::fuzz -- --nocapture
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md

@@ -20,6 +20,14 @@ use stickslip_core::{Method, SceneInput, StopReason};
 
 use crate::models::{belt, block, cycle, propagators, run, state};
 
+#[path = "../../examples/block_on_belt.rs"]
+mod block_on_belt;
+
+#[test]
+fn the_example_of_the_documentation_runs() {
+    block_on_belt::main().unwrap();
+}
+
 /// `10 + 2 pi - 2 atan(5)`
 const PERIOD: f64 = 13.5363837732896;
 
