@@ -38,7 +38,7 @@ def loci(wanted: Wanted) -> dict[str, Any]:
     try:
         found = sweep(model, {**fixed, name: np.linspace(low, high, count)}, band=band, progress=False)
         points = (
-            critical_points(model, {**fixed, name: (low, high)}, kinds=("hopf",), band=band)
+            critical_points(model, {**fixed, name: (low, high)}, band=band)
             if wanted.message.get("critical") is True
             else ()
         )
