@@ -73,9 +73,9 @@ class _Piece:
         ends = np.cumsum([0, *(c[0, 0].size for c in self.series)])
         return [(slice(a, b), c.shape[2:]) for a, b, c in zip(ends, ends[1:], self.series, strict=False)]
 
-    def along(self, value: float, axis: int) -> list[Real]:
-        """Return the coefficients of all arrays in the other parameter at a value of one (`axis`)."""
-        terms = np.array(_polynomials(self.local(value, axis), self.terms[axis], 1.0)[0])
+    def along(self, t: float, axis: int) -> list[Real]:
+        """Return the coefficients of all arrays in the other parameter, that of `axis` at t in [-1, 1]."""
+        terms = np.array(_polynomials(t, self.terms[axis], 1.0)[0])
         whole = np.tensordot(terms, self.whole.reshape(*self.terms, -1), (0, axis))
         return [
             np.ascontiguousarray(whole[:, part]).reshape(len(whole), *shape) for part, shape in self.parts
@@ -180,12 +180,13 @@ class Plane:
                 grid = np.array([[entry[k] for entry in row] for row in sampled])
                 grid = np.moveaxis(coefficients_of(np.moveaxis(grid, 1, 0)), 0, 1)
                 series.append(coefficients_of(grid))
+            piece = _Piece(lower, upper, tuple(series))
             if all(
-                agrees(_contracted(c, s, 0), t, value, len(check) - k <= STATICS, _ERROR * self._along.error)
+                agrees(c, t, value, len(check) - k <= STATICS, _ERROR * self._along.error)
                 for (s, t), check in checks.items()
-                for k, (c, value) in enumerate(zip(series, check, strict=True))
+                for k, (c, value) in enumerate(zip(piece.along(s, 0), check, strict=True))
             ):
-                return _Piece(lower, upper, tuple(series))
+                return piece
             tails = [max(_tail(c, axis) for c in series) for axis in (0, 1)]
             first, second = (first + _MORE, second) if tails[0] > tails[1] else (first, second + _MORE)
         raise InputError(
@@ -243,7 +244,7 @@ class Plane:
         ]
         pieces = []
         for piece in row:
-            series = piece.along(value, other)
+            series = piece.along(piece.local(value, other), other)
             mass, *damping, stiffness = series[:-STATICS]
             law: Any = tuple(c[:, 0, 0] for c in damping) if self.proportional else damping[0]
             pieces.append((piece.lower[axis], piece.upper[axis], mass, law, stiffness, series[-STATICS:]))
@@ -269,9 +270,3 @@ def _polynomials(t: float, terms: int, rate: float) -> tuple[list[float], list[f
         slopes.append(2.0 * (rate * values[-1] + t * slopes[-1]) - slopes[-2])
         values.append(2.0 * t * values[-1] - values[-2])
     return values[:terms], slopes[:terms]
-
-
-def _contracted(series: Real, t: float, axis: int) -> Real:
-    """Return the series in one parameter, the other (`axis`) at t."""
-    terms = _polynomials(t, series.shape[axis], 1.0)[0]
-    return np.ascontiguousarray(np.tensordot(np.array(terms), series, (0, axis)))
