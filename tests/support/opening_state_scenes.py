@@ -8,7 +8,18 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from state_scenes import ACCURACY, FOLLOWED, NEGLIGIBLE, STEPS, Followed, drawn_law, force_and_rate, report
+from state_scenes import (
+    ACCURACY,
+    FOLLOWED,
+    NEGLIGIBLE,
+    STEPS,
+    Followed,
+    drawn_elements,
+    drawn_law,
+    element_forces,
+    force_and_rate,
+    report,
+)
 
 #: s
 DURATION = 2.0
@@ -53,6 +64,7 @@ def opening_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
         contacts=contacts,
         dofs=dofs,
         loads=loads,
+        elements=drawn_elements(np.random.default_rng([seed, index, 42]), size),
     )
     position, velocity = rng.normal(0.0, 0.02, size), rng.normal(0.0, 0.3, size)
     # All begin open, and fall.
@@ -70,7 +82,7 @@ class OpeningEquations:
     """
 
     def __init__(self, scene: ss.Scene) -> None:
-        self.size, self.contacts = scene.size, scene.contacts
+        self.size, self.contacts, self.scene = scene.size, scene.contacts, scene
         self.mass = np.asarray(scene.mass, dtype=float)
         self.stiffness, self.damping = np.asarray(scene.stiffness), np.asarray(scene.damping)
         self.force, self.loads, self.dofs = np.asarray(scene.force), scene.loads, list(scene.dofs)
@@ -89,7 +101,7 @@ class OpeningEquations:
     def load(self, time: float, y: np.ndarray) -> np.ndarray:
         """Return what acts on the dofs without contacts."""
         x, u = y[: self.size], y[self.size : 2 * self.size]
-        load = self.force - self.stiffness @ x - self.damping @ u
+        load = self.force - self.stiffness @ x - self.damping @ u + element_forces(self.scene, x, u)
         for one in self.loads:
             for dof, amplitude in one.amplitude.items():
                 load[self.dofs.index(dof)] += amplitude * np.cos(2.0 * np.pi * one.frequency * time)

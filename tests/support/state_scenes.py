@@ -47,7 +47,14 @@ def state_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     damping = ss.Rayleigh(mass=0.1, stiffness=1e-4) if rng.random() < 0.5 else None
     # Consistent masses couple neighbours.
     matrix = np.diag(mass) + 0.1 * (np.eye(size, k=1) + np.eye(size, k=-1)) if rng.random() < 0.3 else mass
-    scene = ss.Scene(matrix, stiffness, damping=damping, force=rng.normal(0, 1, size), contacts=contacts)
+    scene = ss.Scene(
+        matrix,
+        stiffness,
+        damping=damping,
+        force=rng.normal(0, 1, size),
+        contacts=contacts,
+        elements=drawn_elements(np.random.default_rng([seed, index, 12]), size),
+    )
     velocity = rng.normal(0.0, 0.3, size)
     slips = [contact.tangential @ velocity - contact.slider_speed for contact in contacts]
     letters = "".join("-" if slip > 0.0 else "+" for slip in slips)
@@ -90,6 +97,35 @@ def drawn_law(rng: np.random.Generator) -> LawWithState:
             return ss.friction.StateLaw(*LATE, kinetic=kinetic, viscous=viscous, speed=speed, haste=haste)
     static = kinetic * rng.uniform(1.0, 2.0)
     return ss.friction.LuGre(static, kinetic, speed, stiffness, **damping)
+
+
+def drawn_elements(rng: np.random.Generator, size: int) -> list[ss.Spring | ss.Damper]:
+    """Return none, or one or two springs and dampers, each on a dof or between two."""
+    found: list[ss.Spring | ss.Damper] = []
+    for _ in range(int(rng.choice([0, 0, 1, 2]))):
+        direction = np.zeros(size)
+        first, second = rng.integers(size, size=2)
+        direction[second] = -1.0
+        direction[first] = 1.0
+        if rng.random() < 0.4:
+            drag = ss.spring.Polynomial(0.0, 0.0, 10.0 ** rng.uniform(-1.0, 2.0))
+            found.append(ss.Damper(direction, drag))
+            continue
+        hard = ss.spring.Polynomial(rng.uniform(0.0, 50.0), 0.0, 10.0 ** rng.uniform(2.0, 6.0))
+        soft = ss.spring.Law(
+            "force * tanh(u / width)", force=rng.uniform(0.1, 2.0), width=10.0 ** rng.uniform(-2.0, -1.0)
+        )
+        found.append(ss.Spring(direction, hard if rng.random() < 0.5 else soft))
+    return found
+
+
+def element_forces(scene: ss.Scene, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return what springs and dampers of vectors over the dofs do."""
+    load = np.zeros(scene.size)
+    for one in scene.elements:
+        along = np.asarray(one.direction, dtype=float)
+        load -= along * one.law.force(float(along @ (x if isinstance(one, ss.Spring) else u)))
+    return load
 
 
 def force_and_rate(law: LawWithState) -> Callable[[float, float], tuple[float, float]]:
@@ -139,7 +175,7 @@ class StateEquations:
         def dense(matrix: object) -> np.ndarray:
             return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=float)
 
-        self.size = scene.size
+        self.size, self.scene = scene.size, scene
         mass = dense(scene.mass)
         self.mass = np.diag(mass) if mass.ndim == 1 else mass
         self.stiffness = dense(scene.stiffness)
@@ -164,7 +200,8 @@ class StateEquations:
             law(*given) for law, given in zip(self.laws, zip(self.slips(y), z, strict=True), strict=True)
         ]
         force, rate = np.array(found).T
-        load = self.force - self.stiffness @ x - self.damping @ u - self.directions.T @ (self.pressed * force)
+        load = self.force - self.stiffness @ x - self.damping @ u + element_forces(self.scene, x, u)
+        load -= self.directions.T @ (self.pressed * force)
         return np.concatenate([u, self.inverse @ load, rate])
 
     def state(self, state: ss.State) -> np.ndarray:

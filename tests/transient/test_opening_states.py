@@ -96,7 +96,7 @@ def test_a_contact_that_lifts_off_loses_its_state(law):
     assert abs(balance.residual) < 1e-13 * balance.turnover
 
 
-@pytest.mark.parametrize("index", nightly(range(4), lambda index: index != 2))
+@pytest.mark.parametrize("index", nightly([0, 1, 2, 3, 24], lambda index: index != 24))
 def test_random_scenes_by_another_integrator(index):
     found = followed_openings(*opening_scene(1, index))
     assert found.events > 50
@@ -186,12 +186,14 @@ def test_the_slip_law_is_that_of_ruina():
         assert getattr(runs[0], name) == pytest.approx(getattr(runs[1], name), rel=1e-9)
 
 
-def test_a_run_under_the_slip_law_stops_where_slip_turns():
+def test_a_run_under_the_slip_law_ends_where_slip_turns():
     law = ss.friction.RateState(0.5, 0.05, 0.06, 0.02, 0.1, state_evolution="slip")
     contact = ss.Contact(tangential="x1", normal_force=5.0, friction=law, slider_speed=0.2)
     scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
-    run = ss.simulate(scene, 5.0, ss.steady_sliding(scene).perturbed(velocity={"x1": -1.0}))
-    assert run.stop_reason == "unbounded"
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": -1.0})
+    with pytest.raises(ss.RunError, match=r"contact 0 at t = 0\.1.*: its law has no finite value") as error:
+        ss.simulate(scene, 5.0, start)
+    run = error.value.partial
     assert 0.1 < run.duration < 1.0
     # ln |s| has no series about the end.
     assert abs(run.state(run.duration).velocity[0] - 0.2) < 1e-6

@@ -140,12 +140,12 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
     }
     // An equation for each force (T, N): its entry of a vanishes, or another force gives it.
     let mut matrix = DMatrix::identity(w.nrows(), w.nrows());
-    let held_rows = held_rows(statuses, |i| scene.contacts[i].friction);
-    for held in &held_rows {
+    let mut rows = Vec::new();
+    for held in held_rows(statuses, |i| scene.contacts[i].friction) {
         matrix.set_row(held.row, &w.row(held.row));
         held.forces().skip(1).for_each(|(row, factor)| matrix[(row, held.row)] = -factor);
+        rows.push(held.row);
     }
-    let mut rows: Vec<usize> = held_rows.iter().map(|held| held.row).collect();
     for contacts in scene.planes().filter(|&[first, _]| statuses[first].is_closed()) {
         let normal = 2 * contacts[0] + 1;
         for contact in contacts {
@@ -256,9 +256,6 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
         DVector::from_iterator(2 * count, rows.map(entry))
     });
     let loads: Vec<DVector<f64>> = loads.collect();
-    if by_law.is_none() && loads.iter().all(|load| load.iter().all(|&entry| entry == 0.0)) {
-        return None;
-    }
     let map = match &scene.coordinates.delassus {
         Some(w) => force_map(scene, w, statuses),
         None => {
@@ -289,7 +286,8 @@ pub(crate) fn response(scene: &Scene, combination: &Combination) -> Option<DMatr
     for (j, load) in loads.iter().enumerate() {
         all.set_column(laws.len() + j, &(&map * load));
     }
-    Some(all)
+    // The friction of a contact that slips takes no load along it.
+    all.iter().any(|&entry| entry != 0.0).then_some(all)
 }
 
 /// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each

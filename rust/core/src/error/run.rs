@@ -56,9 +56,9 @@ pub enum LawEnd {
         "its friction changes over slip speeds that are lost in the rounding of the motion; give the law a larger speed, or state constant friction"
     )]
     Unresolved,
-    /// A formula has no finite value and slope there.
+    /// A law has no finite value and slope there, or its series no bound.
     #[error(
-        "its formula has no finite value, slope or bound at what it has come to; state a law that is smooth there, or a table"
+        "its law has no finite value, slope or bound at what it has come to; state a law that is smooth there, or a table"
     )]
     Undefined,
 }

@@ -167,10 +167,13 @@ impl Kernel for Bound<'_> {
             let largest = |of: &dyn Fn(&ContactBounds) -> f64| {
                 contacts.iter().map(|one| of(&one.bounds)).fold(0.0, f64::max)
             };
-            let pressing = pairs().filter(|(one, _)| !one.is_bare());
-            let drift = pressing.map(|(one, of)| {
-                let ContactBounds { law, excess, .. } = of;
-                excess + law.truncation + law.rounding + of.by_inputs(one) * radius
+            // How far `1 - H w` moves from where the panel begins.
+            let pressing = operator.contacts.iter().zip(&*contacts);
+            let pressing = pressing.filter(|(one, _)| !one.is_bare() && !one.is_element());
+            let drift = pressing.map(|(one, sliding)| {
+                let of @ ContactBounds { law, .. } = sliding.bounds;
+                let moves = moved(&sliding.series.excess);
+                moves + law.truncation + law.rounding + of.by_inputs(one) * radius
             });
             let drift = inverse * response * drift.fold(0.0, f64::max);
             let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };

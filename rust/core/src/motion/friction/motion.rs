@@ -31,6 +31,8 @@ pub(super) const TRIALS: usize = 60;
 /// Panels one after the other that may be this short in terms of the time, between speeds of tables: the time hardly shows them.
 pub(super) const STALLED: usize = 1000;
 const SHORT: f64 = 64.0 * f64::EPSILON;
+/// What a panel on which a law has no bound is shortened by.
+const UNBOUNDED: f64 = 0.7;
 /// Bound of truncation on a panel, relative to the state: two ulps.
 pub(super) const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
@@ -89,7 +91,8 @@ impl Sliding {
     }
 }
 
-/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
+/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders, and w_0 is
+/// zero of an element, whose whole force is known.
 #[derive(Debug, Default)]
 pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
@@ -99,12 +102,19 @@ pub(super) struct Coupling {
 
 impl Coupling {
     /// The normal forces of order k, each of which the friction of the others moves.
-    pub(super) fn couple(&mut self, response: &DMatrix<f64>, contacts: &mut [Sliding], k: usize) {
+    pub(super) fn couple(
+        &mut self,
+        response: &DMatrix<f64>,
+        all: &[LawContact],
+        contacts: &mut [Sliding],
+        k: usize,
+    ) {
         let count = contacts.len();
         if k == 0 {
             let matrix = DMatrix::from_fn(count, count, |i, j| {
                 let unit = if i == j { 1.0 } else { 0.0 };
-                unit - response[(i, j)] * contacts[j].series.excess[0]
+                let waits = if all[j].is_element() { 0.0 } else { contacts[j].series.excess[0] };
+                unit - response[(i, j)] * waits
             });
             // A singular one leaves no bound.
             let none = || DMatrix::from_element(count, count, f64::INFINITY);
@@ -367,7 +377,7 @@ impl LawMotion {
             if laws.all(|(one, sliding)| sliding.is_within_reach(one)) {
                 break;
             }
-            self.shorten(0.7);
+            self.shorten(UNBOUNDED);
         }
         let scale = self.taylor.scale(&operator.taylor);
         self.least_tube = 0.0;
@@ -398,7 +408,10 @@ impl LawMotion {
             self.left_out = f64::INFINITY;
             self.contacts.iter_mut().for_each(|sliding| sliding.error = f64::INFINITY);
             let rounding = bound.rounding(1.0);
-            if factor >= 1.0 && bound.radius < rounding && self.least_tube < rounding {
+            if !(rounding.is_finite() && bound.truncation().is_finite()) {
+                // A law has no bound on this width, in no neighbourhood.
+                self.shorten(UNBOUNDED.min(factor.max(0.2)));
+            } else if factor >= 1.0 && bound.radius < rounding && self.least_tube < rounding {
                 self.least_tube = 2.0 * rounding;
             } else {
                 self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
@@ -409,6 +422,10 @@ impl LawMotion {
             self.ended = self.ended.or_else(|| self.undefined(operator, scale));
         }
         self.ended = self.ended.or_else(|| self.unresolved(operator, scale));
+        self.ended = self.ended.or_else(|| self.without_bound(operator));
+        if self.is_known_to_its_start_alone() {
+            self.taylor.keep_start();
+        }
         let width = self.taylor.width;
         match self.has_followed_state() {
             true => self.followed = width,
@@ -575,6 +592,7 @@ impl LawMotion {
     }
 
     fn is_known_to_its_start_alone(&self) -> bool {
-        self.stopped.is_some() || matches!(self.ended, Some((_, LawEnd::Unresolved)))
+        self.stopped.is_some()
+            || matches!(self.ended, Some((_, LawEnd::Unresolved | LawEnd::Undefined)))
     }
 }

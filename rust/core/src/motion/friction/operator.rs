@@ -271,12 +271,11 @@ impl LawOperator {
         }
         let alone = contacts.iter().rev().take_while(|one| one.is_alone()).count();
         let paired = contacts.len() - alone;
-        let rows = || contacts.iter().flat_map(|one| one.direction.iter().map(|term| term.0));
+        let sliding = || contacts.iter().filter(|one| !one.is_element());
+        let rows = || sliding().flat_map(|one| one.direction.iter().map(|term| term.0));
         let apart = rows().collect::<BTreeSet<usize>>().len() == rows().count();
         let alone = apart && planes.is_empty() && response.is_none();
-        let states = (alone && !contacts.iter().any(LawContact::is_element))
-            .then(|| StateNorm::new([scene, own], &taylor, &contacts))
-            .flatten();
+        let states = alone.then(|| StateNorm::new([scene, own], &taylor, &contacts)).flatten();
         Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart, states })
     }
 

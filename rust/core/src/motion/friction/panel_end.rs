@@ -25,6 +25,9 @@ const NEAR: f64 = 0.25;
 /// Speeds over which a law changes, relative to the motion, below which a panel without a bound lacks it for them.
 const NARROW: f64 = 1e-9;
 
+/// The size of a motion beyond which a panel may lack a bound because it leaves the range of numbers.
+const FAR: f64 = 1e30;
+
 /// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
 /// vanishes, the node relaxes ever faster, and panels would shrink without end.
 const PRESSED: f64 = 1e-13;
@@ -69,6 +72,15 @@ impl LawMotion {
         };
         let place = if scale.is_finite() { elements.position(ends) } else { None };
         place.map(|place| (place, LawEnd::Undefined))
+    }
+
+    /// A law that leaves every panel without a bound, for no other reason, where the motion is far from the end of the range of numbers.
+    pub(super) fn without_bound(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+        let has_none = |one: &Sliding| !(one.bounds.cut + one.bounds.round).is_finite();
+        if self.left_out.is_finite() || self.taylor.scale_at_start(&operator.taylor) > FAR {
+            return None;
+        }
+        Some((self.contacts.iter().position(has_none)?, LawEnd::Undefined))
     }
 
     /// A contact whose law changes over slip speeds that are lost in rounding: beside a motion so large that no panel has a bound;

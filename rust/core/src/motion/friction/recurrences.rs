@@ -132,9 +132,12 @@ impl Laws<'_> {
             pair.push(place, factors);
         }
         if let Some(response) = response {
-            coupling.couple(&response.normal, contacts, k);
-            for (place, Sliding { series, normal, force, .. }) in contacts.iter_mut().enumerate() {
-                force[k] += series.excess[0] * normal[k];
+            coupling.couple(&response.normal, &operator.contacts, contacts, k);
+            let all = operator.contacts.iter().zip(&mut **contacts).enumerate();
+            for (place, (one, Sliding { series, normal, force, .. })) in all {
+                if !one.is_element() {
+                    force[k] += series.excess[0] * normal[k];
+                }
                 if place < operator.paired {
                     convolutions[place / SHARING].set_normal(place % SHARING, normal[k]);
                 }
@@ -337,8 +340,9 @@ impl Sliding {
             return [[0.0; 2]; 2];
         }
         let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
-        // The normal force of this order is known last.
-        force[k] = if coupled { known } else { series.excess[0].mul_add(of_normal, known) };
+        // The normal force of this order is known last; that of an element is known.
+        let waits = coupled && !one.is_element();
+        force[k] = if waits { known } else { series.excess[0].mul_add(of_normal, known) };
         [[left, excess], [right, of_normal]]
     }
 

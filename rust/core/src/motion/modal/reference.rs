@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use num_complex::Complex64;
 
 use crate::contact::event_function::EventFunction;
-use crate::linalg::dense::{Factors, apply};
+use crate::linalg::dense::{Factors, apply, max_norm};
 use crate::modes::mode::Mode;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{ComplexGroup, Group, complex_groups, in_groups};
@@ -139,7 +139,7 @@ impl At {
             is_steady: velocity.iter().all(|&speed| speed == 0.0),
             linear: modal(&zeros, &velocity, &zeros),
             slopes: functions.iter().map(|function| along(function, &velocity).value()).collect(),
-            speed: self.velocity.iter().fold(0.0, |size, speed| speed.abs().max(size)),
+            speed: max_norm(&self.velocity),
             velocity: in_groups(&self.velocity),
         }
     }

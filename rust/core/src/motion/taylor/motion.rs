@@ -626,6 +626,11 @@ impl TaylorMotion {
         u.iter_mut().for_each(|u| *u /= self.width);
     }
 
+    /// Keeps of the panel the state at its start alone, where the other orders may be no numbers.
+    pub(crate) fn keep_start(&mut self) {
+        self.terms[2 * self.size..].fill(0.0);
+    }
+
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
         // A coordinate that is held at zero has no terms and stays at zero.
         self.horner(offset / self.width, q, u);

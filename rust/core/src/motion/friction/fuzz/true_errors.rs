@@ -133,7 +133,7 @@ pub(super) fn slots(
 }
 
 /// Coefficients of mu(S), those of S up to order k being known.
-fn extend(
+pub(super) fn extend(
     law: &FrictionLaw,
     piece: usize,
     slip: &[Doubled],
@@ -219,7 +219,7 @@ fn balance(
 }
 
 /// The argument of an element, or its coefficient of a higher order.
-fn argument_of(one: &Element, [q, u]: [&[Doubled]; 2], at_start: bool) -> Doubled {
+pub(super) fn argument_of(one: &Element, [q, u]: [&[Doubled]; 2], at_start: bool) -> Doubled {
     let x = if one.kind == ElementKind::Spring { q } else { u };
     let start = Doubled::from(if at_start { -one.offset } else { 0.0 });
     one.direction.iter().fold(start, |sum, &(k, weight)| sum.add(x[k].times(weight)))
@@ -359,7 +359,7 @@ fn law() -> impl Strategy<Value = FrictionLaw> {
 }
 
 /// Springs and dampers between two dofs, with an offset.
-fn element() -> impl Strategy<Value = ElementInput> {
+pub(super) fn element() -> impl Strategy<Value = ElementInput> {
     let ends = (any::<prop::sample::Index>(), any::<prop::sample::Index>());
     (formula(), ends, -1.0..1.0f64, any::<bool>()).prop_map(|(law, (a, b), place, damps)| {
         // Two masses, which every scene has.
