@@ -228,6 +228,37 @@ def test_bristles_relax_beside_a_spring_as_without_it(element, normal):
     assert panels[1] < 1.2 * panels[0]
 
 
+def test_bristles_do_not_shorten_panels_of_contacts_that_springs_press():
+    """The spring changes one normal force; bristles that relax at 1600 1/s are under another one."""
+    contacts = [
+        ss.Contact(
+            tangential="x", normal="z", slider_speed=0.1, friction=ss.friction.Stribeck(0.5, 0.3, 0.1)
+        ),
+        ss.Contact(
+            tangential="y",
+            normal_force=10.0,
+            slider_speed=0.05,
+            friction=ss.friction.LuGre(static=0.5, kinetic=0.3, speed=0.1, stiffness=1e4),
+        ),
+    ]
+    free = ss.Scene(
+        [1.0, 1.2, 0.8],
+        [[2e4, -3e3, 1e3], [-3e3, 3e4, 2e3], [1e3, 2e3, 5e4]],
+        damping=ss.Rayleigh(1.0, 1e-5),
+        force=[0.0, 0.0, -50.0],
+        dofs=["x", "y", "z"],
+        contacts=contacts,
+    )
+    # Too soft to matter, on a dof that the contact holds.
+    pressed = free.replace(elements=[ss.Spring({"z": 1.0}, ss.spring.Polynomial(0.0, 0.0, 1e3))])
+    runs = []
+    for scene in (free, pressed):
+        start = ss.steady_sliding(scene).perturbed(velocity={"x": 0.09})
+        runs.append(ss.simulate(scene, 0.2, start))
+    assert np.abs(runs[1].events.time - runs[0].events.time).max() < 1e-13
+    assert runs[1].counters["panels"] < 2 * runs[0].counters["panels"]
+
+
 def eigenvalues(scene):
     """Return those of steady sliding, from the equations in x, x' and z."""
     equations = StateEquations(scene)

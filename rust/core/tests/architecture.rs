@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3810),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 12520),
+    ("motion", 12570),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4410),

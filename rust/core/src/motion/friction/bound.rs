@@ -18,8 +18,10 @@
 //! The radius of that neighbourhood is free: any one proves the bound that is not above it. It is a part of the state, and where a
 //! motion decays to zero under forces that do not, at least twice `h r (e^L - 1) / L`: rounding of forces, which no state bounds.
 
+use nalgebra::DMatrix;
+
 use crate::contact::functional::Functional;
-use crate::motion::friction::motion::{LawMotion, Sliding, moved};
+use crate::motion::friction::motion::{LawMotion, Sliding, moved, worse};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, product_units, size};
 use crate::motion::friction::series::convolutions::FactorSums;
@@ -155,37 +157,25 @@ impl Kernel for Bound<'_> {
                 ..ContactBounds::default()
             };
         }
-        let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
-        // Errors of the polynomials of N, and the change of N per norm of the state.
+        // Errors of the polynomials of N, the part of it by rounding where contacts are coupled, and the change of N per norm of the state.
         let pressed = operator.contacts.iter().filter(|one| !one.is_bare());
-        let mut pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
+        let pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
         let of_normals = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
-        let mut off = of_normals + uncounted * pressed_by;
-        let mut unsharp = 0.0;
-        if operator.response.is_some() {
-            let [inverse, response] = coupling.norms;
-            let largest = |of: &dyn Fn(&ContactBounds) -> f64| {
-                contacts.iter().map(|one| of(&one.bounds)).fold(0.0, f64::max)
-            };
-            // How far `1 - H w` moves from where the panel begins.
-            let pressing = operator.contacts.iter().zip(&*contacts);
-            let pressing = pressing.filter(|(one, _)| !one.is_bare() && !one.is_element());
-            let drift = pressing.map(|(one, sliding)| {
-                let of @ ContactBounds { law, .. } = sliding.bounds;
-                let moves = moved(&sliding.series.excess);
-                moves + law.truncation + law.rounding + of.by_inputs(one) * radius
-            });
-            let drift = inverse * response * drift.fold(0.0, f64::max);
-            let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
-            let part = |of: &ContactBounds| of.products + of.law.truncation * of.pressed;
-            off = gain * (off + response * largest(&part));
-            let terms = (in_product + contacts.len()) as f64;
-            let part = |of: &ContactBounds| {
-                (of.law.rounding + UNIT * terms * (1.0 + of.excess)) * of.pressed
-            };
-            unsharp = gain * (1.0 + response) * largest(&part);
-            let by_slip = pairs().map(|(one, of)| of.by_inputs(one) * of.pressed);
-            pressed_by = gain * (pressed_by + response * by_slip.fold(0.0, f64::max));
+        let mut of_normals =
+            vec![[of_normals + uncounted * pressed_by, 0.0, pressed_by]; contacts.len()];
+        if let Some(response) = &operator.response {
+            coupled(
+                operator,
+                &response.normal,
+                contacts,
+                &mut of_normals,
+                Given {
+                    inverse: coupling.inverse_norm,
+                    radius,
+                    uncounted,
+                    terms: (in_product + contacts.len()) as f64,
+                },
+            );
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
         let of_contacts = operator.apart && operator.contacts.iter().all(|one| !one.is_element());
@@ -198,6 +188,7 @@ impl Kernel for Bound<'_> {
         let units = (in_product + 16) as f64;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
+            let [off, unsharp, pressed_by] = of_normals[place];
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
             let of_normal = match operator.taylor.dense {
@@ -304,6 +295,70 @@ impl Kernel for Bound<'_> {
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
+    }
+}
+
+/// What the normal forces of coupled contacts are bounded with.
+struct Given {
+    /// The largest row sum of the inverse of `1 - H w_0`.
+    inverse: f64,
+    radius: f64,
+    uncounted: f64,
+    /// Units of rounding of a product and of a sum over all contacts.
+    terms: f64,
+}
+
+/// The errors and the change of N of every contact, where forces H change those of some.
+fn coupled(
+    operator: &LawOperator,
+    response: &DMatrix<f64>,
+    contacts: &[Sliding],
+    of_normals: &mut [[f64; 3]],
+    Given { inverse, radius, uncounted, terms }: Given,
+) {
+    let count = contacts.len();
+    let felt_by = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+        let entries = (0..count).filter(|&j| response[(i, j)] != 0.0);
+        entries.map(|j| response[(i, j)].abs() * of(j)).sum()
+    };
+    let is_felt = |&i: &usize| (0..count).any(|j| response[(i, j)] != 0.0);
+    let felt = |of: &dyn Fn(usize) -> f64| (0..count).map(|i| felt_by(i, of)).fold(0.0, worse);
+    let largest = |of: &dyn Fn(usize) -> f64| (0..count).filter(is_felt).map(of).fold(0.0, worse);
+    // How far `1 - H w` moves from where the panel begins.
+    let moves = |j: usize| {
+        let (one, sliding) = (&operator.contacts[j], &contacts[j]);
+        let of @ ContactBounds { law, .. } = sliding.bounds;
+        match one.is_bare() || one.is_element() {
+            true => 0.0,
+            false => {
+                let own = moved(&sliding.series.excess) + law.truncation + law.rounding;
+                own + of.by_inputs(one) * radius
+            }
+        }
+    };
+    let drift = inverse * felt(&moves);
+    let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
+    let cut = |j: usize| {
+        let ContactBounds { products, law, pressed, .. } = contacts[j].bounds;
+        products + law.truncation * pressed
+    };
+    let round = |j: usize| {
+        let ContactBounds { law, excess, pressed, .. } = contacts[j].bounds;
+        (law.rounding + UNIT * terms * (1.0 + excess)) * pressed
+    };
+    let by_inputs = |j: usize| {
+        let of = contacts[j].bounds;
+        of.by_inputs(&operator.contacts[j]) * of.pressed
+    };
+    let by_norm = |i: usize| operator.contacts[i].normal_norm;
+    let beyond = |i: usize| contacts[i].beyond + uncounted * by_norm(i);
+    let together = [
+        gain * (largest(&beyond) + felt(&cut)),
+        gain * (largest(&round) + felt(&round)),
+        gain * (largest(&by_norm) + felt(&by_inputs)),
+    ];
+    for (i, own) in of_normals.iter_mut().enumerate() {
+        *own = if is_felt(&i) { together } else { [beyond(i), 0.0, by_norm(i)] };
     }
 }
 

@@ -96,8 +96,8 @@ impl Sliding {
 #[derive(Debug, Default)]
 pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
-    /// Largest row sums of this inverse, and of H.
-    pub(super) norms: [f64; 2],
+    /// Its largest row sum.
+    pub(super) inverse_norm: f64,
 }
 
 impl Coupling {
@@ -119,11 +119,8 @@ impl Coupling {
             // A singular one leaves no bound.
             let none = || DMatrix::from_element(count, count, f64::INFINITY);
             self.inverse = matrix.try_inverse().unwrap_or_else(none);
-            let norm = |matrix: &DMatrix<f64>| {
-                let sums = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum());
-                sums.fold(0.0, f64::max)
-            };
-            self.norms = [norm(&self.inverse), norm(response)];
+            let sums = self.inverse.row_iter().map(|row| row.iter().map(|x| x.abs()).sum());
+            self.inverse_norm = sums.fold(0.0, f64::max);
         }
         let normals: Vec<f64> = contacts.iter().map(|one| one.normal[k]).collect();
         let forces: Vec<f64> = contacts.iter().map(|one| one.force[k]).collect();
