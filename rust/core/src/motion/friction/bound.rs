@@ -317,12 +317,15 @@ fn coupled(
     Given { inverse, radius, uncounted, terms }: Given,
 ) {
     let count = contacts.len();
-    let felt_by = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
-        let entries = (0..count).filter(|&j| response[(i, j)] != 0.0);
-        entries.map(|j| response[(i, j)].abs() * of(j)).sum()
-    };
     let is_felt = |&i: &usize| (0..count).any(|j| response[(i, j)] != 0.0);
-    let felt = |of: &dyn Fn(usize) -> f64| (0..count).map(|i| felt_by(i, of)).fold(0.0, worse);
+    let felt = |of: &dyn Fn(usize) -> f64| {
+        let parts: Vec<f64> = (0..count).map(of).collect();
+        let row = |i: usize| -> f64 {
+            let entries = (0..count).map(|j| (response[(i, j)], parts[j]));
+            entries.filter(|entry| entry.0 != 0.0).map(|(factor, part)| factor.abs() * part).sum()
+        };
+        (0..count).map(row).fold(0.0, worse)
+    };
     let largest = |of: &dyn Fn(usize) -> f64| (0..count).filter(is_felt).map(of).fold(0.0, worse);
     // How far `1 - H w` moves from where the panel begins.
     let moves = |j: usize| {
