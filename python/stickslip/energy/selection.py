@@ -199,14 +199,18 @@ class Kick:
     @property
     def onset(self) -> float:
         """Amplitude up to which no slip velocity and no normal force changes sign in the cycle, m."""
-        structure = self.structure
-        speed = np.array([contact.slider_speed for contact in self.scene.contacts])
-        slip = structure.directions[:, ::2].T @ (self.rate * self.shape)
+        structure, contacts = self.structure, self.scene.contacts
+        speed = np.array([contact.slider_speed for contact in contacts])
+        slip = np.abs(structure.directions[:, ::2].T @ (self.rate * self.shape))
+        # In a plane slip ends where both of its directions have lost it.
+        beside = [k if one.beside is None else one.beside for k, one in enumerate(contacts)]
+        in_plane = np.array([one.beside is not None for one in contacts])
+        speed, slip = (np.hypot(of, np.where(in_plane, of[beside], 0.0)) for of in (speed, slip))
         normal = self._reactions(self.shape, self.rate * self.shape)[1::2]
         load = self._static_forces()[1::2]
         # A given normal force does not change.
         with np.errstate(divide="ignore", invalid="ignore"):
-            largest = np.array([np.abs(speed) / np.abs(slip), load / np.abs(normal)])
+            largest = np.array([speed / slip, load / np.abs(normal)])
         return float(np.nanmin(largest))
 
     def _reactions(self, position: Complex | Real, velocity: Complex | Real) -> Complex | Real:
@@ -229,9 +233,13 @@ class Kick:
         slip = self.structure.directions[:, ::2].T @ velocity
         forces = (self._static_forces() + self._reactions(displacement, velocity))[1::2]
         letters = [
-            "d" if force < 0.0 else "+" if rate < contact.slider_speed else "-"
-            for force, rate, contact in zip(forces, slip, self.scene.contacts, strict=True)
+            "d" if force < 0.0 else "o" if one.beside is not None else "+" if rate < one.slider_speed else "-"
+            for force, rate, one in zip(forces, slip, self.scene.contacts, strict=True)
         ]
+        for k, one in enumerate(self.scene.contacts):
+            # Both directions of a plane open by the normal force of the first.
+            if one.beside is not None and "d" in (letters[k], letters[one.beside]):
+                letters[k] = letters[one.beside] = "d"
         position = self.equilibrium.position + displacement
         return State(position, velocity, "".join(letters), self.scene.dofs)
 
