@@ -472,6 +472,12 @@ def test_what_is_ill_posed_is_refused(small):
     pad = plate((2, 1, 1), (0.02, 0.01, 0.004), (0.0, 0.0, 0.0))
     pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(1, 0, 0), friction=0.1, plane=False)
     floating = ss.fe.assemble(pad, pairs)
+    thin = plate((3, 2, 1), (0.04, 0.02, 0.01), (0.0, 0.0, 0.0)).lumped()
+    thin = thin.held(thin.surface("top"))
+    pairs_of_thin = ss.fe.contact_pairs(
+        thin.surface("bottom"), None, velocity=(1, 0, 0), friction=0.1, gap=-1e-6
+    )
+    touching = ss.fe.assemble(thin, pairs_of_thin)
     for scene, options, told in (
         (small, {"band": (0.0, 1.0, 2.0)}, "band: expected .lowest, highest. in Hz"),
         (small, {"band": (10.0, 5.0)}, "band: expected"),
@@ -485,6 +491,7 @@ def test_what_is_ill_posed_is_refused(small):
         (small, {"combination": "ssssss", "modes": 0}, "modes: expected an integer >= 1"),
         (loose, {}, "scene: it has no contacts"),
         (floating, {"combination": "+" * len(pairs)}, "with its contacts held"),
+        (touching, {}, "of its 36 coordinates are those of contacts; there is nothing to reduce"),
     ):  # fmt: skip
         with pytest.raises(ss.InputError, match=told):
             ss.fe.reduce(scene, **{"band": (100.0, 60e3), **options})

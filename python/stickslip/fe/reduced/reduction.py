@@ -255,9 +255,9 @@ def reduce(
     Raises
     ------
     InputError
-        If the band or a tolerance is ill-posed, the structure can move freely while its contacts are held,
-        a massless boundary does not fit the scene, an inertia at a contact is not positive, or the boundary
-        does not allow the tolerances however many modes there are.
+        If the band or a tolerance is ill-posed, the contacts leave no coordinates to reduce, the structure
+        can move freely while its contacts are held, a massless boundary does not fit the scene, an inertia at
+        a contact is not positive, or the boundary does not allow the tolerances however many modes there are.
 
     Notes
     -----
@@ -341,6 +341,11 @@ def _fitting(
     scene, boundary, full = basis.scene, basis.boundary, found.eigenvalues
     wanted, growth = tolerances
     most = min(MOST, scene.size - len(basis.kinds) - 1)
+    if most < 1:
+        raise InputError(
+            f"scene: {len(basis.kinds)} of its {scene.size} coordinates are those of contacts; there is "
+            "nothing to reduce"
+        )
     if modes is None:
         count = basis.modes.below(ABOVE * ends[1], most)
     elif (count := whole_number("modes", modes, 1)) > most:
