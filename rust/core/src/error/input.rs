@@ -329,8 +329,9 @@ pub enum Error {
     },
     /// The state given contradicts the status of a contact in the combination.
     #[error(
-        "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {}",
-        rounded(*value)
+        "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {}{}",
+        rounded(*value),
+        fitting(*status, quantity, *value)
     )]
     ViolatedStatus {
         /// Name of the argument that contradicts it.
@@ -486,6 +487,16 @@ fn advice(combination: &str, admissible: Option<&str>) -> String {
         None => format!(
             "no equilibrium was found with contacts open either: pass combination=\"{combination}\" for the modes of contacts held closed"
         ),
+    }
+}
+
+/// The letter that fits a velocity of a contact that slides in the combination.
+fn fitting(status: char, quantity: &str, value: f64) -> &'static str {
+    match (status, quantity) {
+        ('+' | '-', "slip velocity") if value > 0.0 => "; give it the letter '-'",
+        ('+' | '-', "slip velocity") if value < 0.0 => "; give it the letter '+'",
+        ('+' | '-', "gap velocity") if value > 0.0 => "; give it the letter 'd', as it opens",
+        _ => "",
     }
 }
 
