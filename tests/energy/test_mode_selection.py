@@ -94,3 +94,21 @@ def test_the_shape_of_a_stable_scene_is_refused():
 def test_hostile_arguments(arguments, message):
     with pytest.raises(ss.InputError, match=message):
         ss.mode_selection(scene(1.5), **arguments)
+
+
+def test_selection_in_a_plane_along_one_of_its_directions_is_that_of_a_line():
+    law = ss.friction.Stribeck(static=0.5, kinetic=0.3, speed=0.2)
+    contact = {"normal_force": 10.0, "friction": law}
+    line = ss.Scene(
+        [1.0],
+        [[100.0]],
+        [[0.5]],
+        dofs=["x"],
+        contacts=[ss.Contact(tangential="x", slider_speed=0.2, **contact)],
+    )
+    plane = ss.models.mass_on_belt_in_plane(damping=0.5, friction=law, slider_speed=(0.2, 0.0))
+    for found in (ss.mode_selection(plane), ss.mode_selection(plane, [0.01, 0.05])):
+        assert found.combination == "oo"
+        assert found.modes.amplitude[found.dominant] == pytest.approx(
+            float(ss.mode_selection(line).modes.amplitude[0]), rel=1e-9
+        )

@@ -1,9 +1,9 @@
 """Random scenes with friction in planes, and their motions by general integrators of scipy.
 
 `python tests/support/plane_scenes.py N SEED` compares N of them, with `--lifting` of those whose contacts
-open. The reference follows slip in `w / |w|` as it stands: by DOP853, near the end of a slip until the forces
-on the contact are constant to rounding, and where slip begins without a drop of friction (`|R| = mu N`) by
-Radau after a start of the third order in time.
+open, with `--laws` under friction that follows the slip speed. The reference follows slip in `w / |w|` as it
+stands: by DOP853, near the end of a slip until the forces on the contact are constant to rounding, and where
+slip begins without a drop of friction (`|R| = mu N`) by Radau after a start of the third order in time.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.scene.laws.law import FrictionLaw
 
 #: Speed below which the reference ends a slip in closed form, and time over which slip begins in closed form.
 SLOW, EARLY = 1e-8, 1e-3
@@ -27,12 +28,17 @@ class Pad:
     """Friction in the plane of two dofs, under a given normal force or that of a third dof."""
 
     plane: tuple[int, int]
-    kinetic: float
+    kinetic: float | FrictionLaw
     static: float
     speed: tuple[float, float]
     normal_force: float | None = None
     normal: int | None = None
     restitution: float = 0.0
+
+    def friction(self, w: np.ndarray) -> float:
+        """Return the coefficient of kinetic friction at a slip velocity."""
+        is_constant = isinstance(self.kinetic, float)
+        return self.kinetic if is_constant else self.kinetic.coefficient(float(np.hypot(*w)))
 
 
 @dataclass
@@ -131,6 +137,39 @@ def random_lifting_scene(rng: np.random.Generator) -> tuple[PlaneScene, ss.State
     return one, ss.State(place, velocity, "dd" * bodies), float(rng.uniform(5.0, 12.0))
 
 
+def drawn_law(rng: np.random.Generator, kinetic: float) -> float | FrictionLaw:
+    """Return friction over slip speed, or now and then a number."""
+    static, speed = kinetic * rng.uniform(1.0, 1.6), 10.0 ** rng.uniform(-1.5, 0.5)
+    match rng.choice(6):
+        case 0:
+            return ss.friction.Stribeck(static, kinetic, speed, viscous=rng.uniform(0.0, 0.1))
+        case 1:
+            return ss.friction.Rational(static, kinetic, speed)
+        case 2:
+            return ss.friction.Linear(kinetic, rng.uniform(0.0, 0.2))
+        case 3:
+            return ss.friction.Law("k + d * exp(-(s / v)**2)", k=kinetic, d=static - kinetic, v=speed)
+        case 4:
+            values = [static, kinetic * rng.uniform(0.9, 1.1), kinetic, kinetic * rng.uniform(0.8, 1.2)]
+            return ss.friction.Tabulated([0.0, 0.5 * speed, speed, 2.0 * speed], values)
+    return kinetic
+
+
+def with_laws(draw: Any) -> Any:
+    """Return a draw of the same scenes, in which friction follows the slip speed."""
+
+    def drawn(rng: np.random.Generator) -> tuple[PlaneScene, ss.State, float]:
+        scene, start, duration = draw(rng)
+        for pad in scene.pads:
+            assert isinstance(pad.kinetic, float)
+            ratio = pad.static / pad.kinetic
+            pad.kinetic = drawn_law(rng, pad.kinetic)
+            pad.static = ratio * pad.friction(np.zeros(2))
+        return scene, start, duration
+
+    return drawn
+
+
 class Reference:
     """A motion by general integrators."""
 
@@ -171,7 +210,7 @@ class Reference:
             w = self.slip(k, y)
             length = np.hypot(*w)
             toward = w / length if length else force[own] / np.hypot(*force[own])
-            force[own] -= pad.kinetic * pressed * toward
+            force[own] -= pad.friction(w) * pressed * toward
         return np.concatenate([y[self.n :], force / self.given.mass])
 
     def _limit(self, k: int, t: float, y: np.ndarray) -> float:
@@ -272,8 +311,8 @@ class Reference:
         self.state[n + pad.normal] = -pad.restitution * approach
         own, mass = n + np.array(pad.plane), self.given.mass
         if self.given.impact_friction:
-            impulse = pad.kinetic * (1 + pad.restitution) * mass[pad.normal] * abs(approach)
             w = self.slip(k, self.state)
+            impulse = pad.friction(w) * (1 + pad.restitution) * mass[pad.normal] * abs(approach)
             momentum = mass[pad.plane[0]] * np.hypot(*w)
             self.state[own] = pad.speed + w * max(1 - impulse / momentum, 0.0)
         if self.state[n + pad.normal] > 1e-3:
@@ -294,7 +333,7 @@ class Reference:
         pad = self.given.pads[k]
         place, own = np.array(pad.plane), self.n + np.array(pad.plane)
         self.state[own] = pad.speed
-        if pad.static > pad.kinetic:
+        if pad.static > pad.friction(np.zeros(2)):
             self.statuses[k] = "o"
             return
         # The motion at rest, on which the forces and with them the slip are known to the third order.
@@ -312,8 +351,11 @@ class Reference:
         for x, weight in zip(times, weights, strict=True):
             t = root + 0.5 * EARLY * (1 + x)
             force = self.reaction(t, held.sol(t))
-            size = np.hypot(*force[place])
-            impulse += 0.5 * EARLY * weight * (size - pad.kinetic * self.pressed(k, force))
+            size, pressed = np.hypot(*force[place]), self.pressed(k, force)
+            # Slip grows with the square of time, by half of what the force beyond friction at rest gives.
+            excess = size - pad.friction(np.zeros(2)) * pressed
+            slip = 0.5 * excess * (t - root) / self.given.mass[place][0]
+            impulse += 0.5 * EARLY * weight * (size - pad.friction(np.array([slip, 0.0])) * pressed)
         self.state = held.y[:, -1]
         self.time = root + EARLY
         toward = self.reaction(self.time, self.state)[place]
@@ -341,7 +383,7 @@ class Reference:
         place, own = np.array(pad.plane), self.n + np.array(pad.plane)
         every = self.reaction(self.time, self.state)
         w, force = self.slip(k, self.state), every[place]
-        r, size, limit = np.hypot(*w), np.hypot(*force), pad.kinetic * self.pressed(k, every)
+        r, size, limit = np.hypot(*w), np.hypot(*force), pad.friction(w) * self.pressed(k, every)
         if size >= limit:
             # It passes close to rest.
             short = self._integrate(self.time + 1e-3, "DOP853", [])
@@ -412,6 +454,7 @@ def compared(seed: int, draw: Any = random_scene) -> tuple[int, float, float]:
 if __name__ == "__main__":
     first = int(sys.argv[2])
     draw = random_lifting_scene if "--lifting" in sys.argv else random_scene
+    draw = with_laws(draw) if "--laws" in sys.argv else draw
     for seed in range(first, first + int(sys.argv[1])):
         try:
             print(seed, *compared(seed, draw), flush=True)

@@ -122,7 +122,9 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
     "stop": lambda: _scene(STOP, force=[0.0, 0.0]),
     "stop beside a belt": lambda: _scene(_belt(), STOP),
     "given normal force": lambda: _scene(_belt(normal=None, normal_force=5.0, static_friction=0.7)),
-    "plane": lambda: _scene(_belt(**PLANE, static_friction=0.7)),
+    "plane": lambda: _scene(
+        _belt(**PLANE, friction=ss.friction.Stribeck(static=0.6, kinetic=0.4, speed=0.1), static_friction=0.7)
+    ),
     "plane with a spring": lambda: _scene(_belt(**PLANE, tangential_stiffness=400.0)),
     "plane that opens": lambda: _scene(
         _belt(tangential=("x", "z"), slider_speed=(0.1, 0.05), static_friction=0.7),
@@ -195,6 +197,7 @@ KICKS = {"stop": (0.9, 3.0), "compliant": (-8.0, 6.0)} | {
 #: A parameter of a kind and its range, where it is not friction.
 PARAMETERS = {
     "Stribeck": ("friction_kinetic", 0.2, 0.6),
+    "plane": ("friction_kinetic", 0.2, 0.55),
     "bristles": ("friction_kinetic", 0.2, 0.6),
     "own state": ("friction_kinetic", 0.2, 0.6),
     "bristles that open": ("friction_kinetic", 0.2, 0.6),

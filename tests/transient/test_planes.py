@@ -2,16 +2,20 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import stickslip as ss
-from plane_scenes import check_energy, compared, end, random_scene, turned_kinds
+from plane_scenes import check_energy, compared, end, random_scene, turned_kinds, with_laws
 
 #: g, m/s^2, slope, coefficient, speed, m/s; time of the stop, s, its place across and down, m.
 PUCKS = [
     ((9.81, 0.5, 0.8, 2.0), (0.54413183608894114, 0.32871240846481622, 0.18578786053666366)),
     ((10.0, 0.3, 0.5, 1.0), (0.33916928382884716, 0.11575127401113722, 0.052458677121198706)),
 ]
+
+
+FALLING = ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)
 
 
 def puck(gravity: float, slope: float, friction: float) -> ss.Scene:
@@ -54,13 +58,13 @@ def test_a_puck_on_the_slope_of_its_friction_keeps_half_its_speed():
     np.testing.assert_allclose([vx, vy], [0.0, 1.0], atol=1e-12)
 
 
-def rotating_load() -> ss.Scene:
-    """Return a mass on springs under a load of 1 N that turns by 0.8 1/s, with friction of 0.3 N."""
+def rotating_load(friction: float | ss.friction.Stribeck = 0.3) -> ss.Scene:
+    """Return a mass on springs under a load of 1 N that turns by 0.8 1/s, pressed by 1 N."""
     loads = [
         ss.Harmonic({"x": 1.0}, 0.8 / (2 * np.pi)),
         ss.Harmonic({"y": 1.0}, 0.8 / (2 * np.pi), phase=-np.pi / 2),
     ]
-    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=0.3)
+    contact = ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=friction)
     return ss.Scene([1.0, 1.0], np.eye(2), 0.05 * np.eye(2), dofs=("x", "y"), loads=loads, contacts=[contact])
 
 
@@ -79,6 +83,26 @@ def test_a_mass_under_a_rotating_load_goes_round_in_a_circle():
     assert balance.contacts.work.to_numpy().sum() == pytest.approx(-friction * turn, rel=1e-14)
     assert balance.contacts.wear.to_numpy().sum() == pytest.approx(turn, rel=1e-14)
     assert abs(balance.residual) < 1e-13
+
+
+def test_a_circle_under_a_law_is_that_of_the_friction_at_its_speed():
+    """With the radius a of the circle the balance is ``((1 - w^2) a)^2 + (c w a + mu(w a) N)^2 = F^2``."""
+    rate, damping = 0.8, 0.05
+    law = ss.friction.Stribeck(static=0.5, kinetic=0.2, speed=3.0, viscous=0.01)
+
+    def forces(radius):
+        return (1.0 - rate**2) * radius + 1j * (damping * rate * radius + law.coefficient(rate * radius))
+
+    radius = brentq(lambda a: abs(forces(a)) - 1.0, 1.0, 4.0, xtol=1e-15, rtol=1e-15)
+    phase = np.angle(forces(radius))
+    place = radius * np.array([np.cos(phase), -np.sin(phase)])
+    start = ss.State(place, rate * np.array([-place[1], place[0]]), "oo")
+    run = ss.simulate(rotating_load(law), 2 * np.pi / rate, start)
+    assert len(run.events) == 0
+    np.testing.assert_allclose(end(run)[:2], place, atol=2e-14)
+    work = -law.coefficient(rate * radius) * 2 * np.pi * radius
+    assert run.balance().contacts.work.to_numpy().sum() == pytest.approx(work, rel=1e-13)
+    assert abs(run.balance().residual) < 1e-13
 
 
 @pytest.mark.parametrize(
@@ -111,9 +135,14 @@ def test_vibration_across_lowers_the_friction_of_sliding(ratio, known):
     assert work * frequency / (0.3 * speed) == pytest.approx(known, rel=1e-9)
 
 
-def oscillator(direction: np.ndarray | None, speed: float, friction: float = 0.5) -> ss.Scene:
+def oscillator(
+    direction: np.ndarray | None,
+    speed: float,
+    friction: float | ss.friction.Stribeck = 0.5,
+    static: float | None = 0.7,
+) -> ss.Scene:
     """Return a mass on springs with friction along x, or in a plane turned by an angle."""
-    along = {"normal_force": 5.0, "friction": friction, "static_friction": 0.7}
+    along = {"normal_force": 5.0, "friction": friction, "static_friction": static}
     if direction is None:
         contact = ss.Contact(tangential="x", slider_speed=speed, **along)
         return ss.Scene([1.0], [[30.0]], [[0.2]], force=[1.0], dofs=("x",), contacts=[contact])
@@ -132,6 +161,44 @@ def test_motion_along_a_line_has_the_events_of_that_line(angle):
     assert len(kinds) > 6
     np.testing.assert_allclose(plane.events.time, line.events.time, rtol=2e-15, atol=0)
     np.testing.assert_allclose(direction @ end(plane)[:2], end(line)[0], rtol=1e-14)
+
+
+@pytest.mark.parametrize("static", [None, 0.9])
+@pytest.mark.parametrize(
+    ("angle", "law"),
+    [
+        (0.0, FALLING),
+        (2.0, FALLING),
+        (4.4, ss.friction.Tabulated([0.0, 0.02, 0.1, 0.3], [0.8, 0.7, 0.5, 0.45])),
+    ],
+)
+def test_motion_along_a_line_under_a_law_has_the_events_of_that_line(angle, law, static):
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    line = ss.simulate(oscillator(None, 0.1, law, static), 10.0, ss.State([0.1], [-0.2], "+"))
+    start = ss.State(0.1 * direction, -0.2 * direction, "oo")
+    plane = ss.simulate(oscillator(direction, 0.1, law, static), 10.0, start)
+    kinds = ["slip" if kind.startswith("slip") else kind for kind in line.events.kind]
+    assert kinds == list(plane.events.kind)
+    assert len(kinds) > 6
+    np.testing.assert_allclose(plane.events.time, line.events.time, rtol=1e-14, atol=0)
+    cycle = plane.limit_cycle()
+    assert cycle.period == pytest.approx(line.limit_cycle().period, rel=1e-13)
+    for name in ("contact_work", "damping"):
+        of_line, of_plane = (run.balance().to_dataset()[name].sum().item() for run in (line, plane))
+        assert of_plane == pytest.approx(of_line, rel=1e-11)
+
+
+def test_a_law_that_changes_over_speeds_within_rounding_or_falls_to_zero_is_named():
+    direction = np.array([0.6, 0.8])
+    slow = ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=1e-12)
+    with pytest.raises(ss.RunError, match="lost in the rounding"):
+        ss.simulate(oscillator(direction, 0.1, slow, None), 10.0, ss.State([0.0] * 2, 0.1 * direction, "ss"))
+    for law in (ss.friction.Linear(0.3, -1.0), ss.friction.Law(lambda s, v=0.3: 0.3 * (1.0 - (s / v) ** 2))):
+        with pytest.raises(ss.RunError, match="its friction reaches 0") as failure:
+            ss.simulate(oscillator(direction, 0.1, law, None), 10.0, ss.State(direction, [0.0, 0.0], "oo"))
+        end = failure.value.partial
+        slip = end.state(end.duration).velocity - 0.1 * direction
+        assert np.hypot(*slip) == pytest.approx(0.3, rel=1e-9)
 
 
 def test_a_cycle_is_continued_over_friction_as_that_along_a_line():
@@ -165,8 +232,21 @@ def test_random_scenes_agree_with_a_general_integrator(seed):
     assert state < 1e-9
 
 
-def test_energy_closes_and_friction_never_gives_any():
-    check_energy(random_scene)
+@pytest.mark.parametrize("seed", [12, 18, 28, 36, 39])
+def test_random_scenes_under_laws_agree_with_a_general_integrator(seed):
+    events, times, state = compared(seed, with_laws(random_scene))
+    assert events > 3
+    assert times < 1e-9
+    assert state < 1e-9
+
+
+def test_turned_directions_change_nothing_under_laws():
+    assert len(turned_kinds(with_laws(random_scene), 20)) > 20
+
+
+@pytest.mark.parametrize("draw", [random_scene, with_laws(random_scene)])
+def test_energy_closes_and_friction_never_gives_any(draw):
+    check_energy(draw)
 
 
 def test_an_onset_without_a_drop_of_friction_takes_few_panels():
@@ -305,6 +385,35 @@ def test_multipliers_are_the_derivative_of_the_stroboscopic_map():
     np.testing.assert_allclose(sorted(np.abs(cycle.multipliers))[-4:], known, atol=1e-8)
 
 
+@pytest.mark.parametrize("vibrates", [False, True])
+def test_multipliers_under_a_law_are_the_derivative_of_the_return_map(vibrates):
+    """Two directions of unlike stiffness under friction that falls with the slip speed."""
+    law = ss.friction.Stribeck(static=0.5, kinetic=0.3, speed=0.2)
+    contact = ss.Contact(tangential=("x", "y"), normal_force=2.0, friction=law, slider_speed=(0.4, 0.2))
+    stiffness, rate = np.array([[3.0, 0.5], [0.5, 2.0]]), 0.9
+    loads = [ss.Harmonic({"x": 1.2, "y": 0.5}, rate / (2 * np.pi))] if vibrates else []
+    damping = (0.3 if vibrates else 0.05) * stiffness
+    scene = ss.Scene([1.0, 1.0], stiffness, damping, dofs=("x", "y"), loads=loads, contacts=[contact])
+    run = ss.simulate(scene, 150.0, ss.State([0.0, 0.0], [0.1, 0.0], "oo"))
+    cycle = run.limit_cycle(further=400.0)
+    if vibrates:
+        period, state = 2 * np.pi / rate, run.state(20 * 2 * np.pi / rate)
+        assert state.combination == "oo"
+        place = np.concatenate([state.position, state.velocity])
+
+        def after(moved):
+            return end(ss.simulate(scene, period, ss.State(moved[:2], moved[2:], "oo")))
+
+        columns = [(after(place + 1e-6 * unit) - after(place - 1e-6 * unit)) / 2e-6 for unit in np.eye(4)]
+        known = sorted(np.abs(np.linalg.eigvals(np.transpose(columns))))
+        np.testing.assert_allclose(sorted(np.abs(cycle.multipliers)), known, atol=1e-7)
+        return
+    slips = run.events.time[run.events.kind == "slip"]
+    off = np.diff(slips)[3:8] - cycle.period
+    shrinking = sorted(np.array(cycle.multipliers).real, key=abs)[-2]
+    assert (off[1:] / off[:-1])[-1] == pytest.approx(shrinking, rel=1e-2)
+
+
 def test_a_slip_that_ends_slowly_takes_few_panels():
     """The forces on the contact are just below its limit: its direction relaxes much faster than it stops."""
     scene = puck(9.81, 0.5, 1.0003 * float(np.tan(0.5)))
@@ -314,11 +423,25 @@ def test_a_slip_that_ends_slowly_takes_few_panels():
     assert run.counters["panels"] < 150
 
 
-def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
-    scene = oscillator(np.array([0.6, 0.8]), 0.3)
+@pytest.mark.parametrize(
+    "friction", [0.5, ss.friction.Linear(0.4, 0.2), ss.friction.Stribeck(static=0.6, kinetic=0.4, speed=0.05)]
+)
+def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it(friction):
+    scene = oscillator(np.array([0.6, 0.8]), 0.3, friction)
     near = ss.steady_sliding(scene).perturbed(velocity={"x": 0.05})
     with pytest.raises(ss.NotPeriodicError, match="settles to an equilibrium"):
         ss.simulate(scene, 1.0, near).limit_cycle(further=5.0)
+
+
+def test_a_motion_that_friction_may_yet_drive_to_a_stop_has_not_come_to_steady_sliding():
+    """Steady sliding is stable, but a little slower friction falls so steeply that it feeds the motion."""
+    law = ss.friction.Law("0.3 + 0.2 / (1 + exp((s - v) / width))", v=0.28, width=0.002)
+    scene = oscillator(np.array([0.6, 0.8]), 0.3, law)
+    rest = ss.steady_sliding(scene)
+    assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
+    moved = ss.simulate(scene, 60.0, rest.perturbed(velocity={"x": 0.05, "y": 0.02}))
+    assert "velocity" in moved.events.kind
+    assert moved.limit_cycle().period > 0.0
 
 
 @pytest.mark.parametrize(
@@ -328,7 +451,8 @@ def test_a_motion_comes_to_steady_sliding_where_its_energy_cannot_stop_it():
         ({"friction": 0.0, "static_friction": 0.1}, "> 0 in a plane beside static friction"),
         ({"slider_speed": 0.1}, "expected a pair"),
         ({"tangential_stiffness": 1e3, "static_friction": 0.5}, "a tangential_stiffness and a static"),
-        ({"friction": ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1)}, "depends on slip speed"),
+        ({"friction": FALLING, "static_friction": 0.8, "tangential_stiffness": 1e3}, "depends on slip speed"),
+        ({"friction": ss.friction.Linear(0.0, 0.3)}, "friction: must be > 0 at rest, in a plane"),
         ({"friction": ss.friction.Dahl(kinetic=0.4, stiffness=100.0)}, "friction with a state"),
     ],
 )

@@ -125,6 +125,75 @@ def circle():
     ]
 
 
+def circle_by_law():
+    """Compare a circle under friction that falls with the slip speed, and its multipliers."""
+    rate, damping = 0.8, 0.05
+    static, kinetic, speed = 0.5, 0.2, 3.0
+    belt = ss.models.mass_on_belt_in_plane(
+        stiffness=1.0,
+        damping=damping,
+        normal_force=1.0,
+        friction=ss.friction.Stribeck(static, kinetic, speed),
+        slider_speed=0.0,
+    )
+    loads = [
+        ss.Harmonic({"x": 1.0}, rate / (2 * np.pi)),
+        ss.Harmonic({"y": 1.0}, rate / (2 * np.pi), phase=-np.pi / 2),
+    ]
+    scene = belt.replace(loads=loads)
+    c, w, mu_s, mu_k, v = map(decimal, (damping, rate, static, kinetic, speed))
+    stiffness = 1 - w**2
+
+    def falling(slip):
+        return (mu_s - mu_k) * mp.exp(-slip / v)
+
+    def balance(radius):
+        friction = mu_k + falling(w * radius)
+        return (stiffness * radius) ** 2 + (c * w * radius + friction) ** 2 - 1
+
+    root = mp.findroot(balance, 2.5)
+    slip = w * root
+    friction = mu_k + falling(slip)
+    phase = float(mp.atan2(c * slip + friction, stiffness * root))
+    place = float(root) * np.array([np.cos(phase), -np.sin(phase)])
+    start = ss.State(place, rate * np.array([-place[1], place[0]]), "oo")
+    run = ss.simulate(scene, 2 * np.pi / rate, start)
+    last = run.sample(run.duration).position.values.ravel()
+    cycle = ss.simulate(scene, 200.0, start).limit_cycle(further=1000.0)
+    multipliers = sorted(np.abs(cycle.multipliers))
+    # In the frame of the load, with the slip along the first direction: places, and velocities of slip.
+    along, across = c - falling(slip) / v, c + friction / slip
+    turning = mp.matrix([[0, w, 1, 0], [-w, 0, 0, 1], [-1, 0, -along, w], [0, -1, -w, -across]])
+    exponents = mp.eig(turning, left=False, right=False)
+    expected = sorted(mp.exp(2 * mp.pi / w * mp.re(exponent)) for exponent in exponents)
+    return [
+        Quantity(
+            name="radius after a turn",
+            unit="m",
+            expected=root,
+            computed=float(np.hypot(*last)),
+            relative=1e-14,
+        ),
+        Quantity(
+            name="friction loss of a turn",
+            unit="J",
+            expected=2 * mp.pi * friction * root,
+            computed=-float(run.balance().contacts.work.to_numpy().sum()),
+            relative=1e-13,
+        ),
+        *(
+            Quantity(
+                name=f"modulus of the {which} multipliers",
+                unit="",
+                expected=expected[place],
+                computed=float(multipliers[place]),
+                relative=1e-12,
+            )
+            for which, place in (("smaller", 0), ("larger", 2))
+        ),
+    ]
+
+
 def across():
     """Compare the mean friction of a slider that vibrates across its sliding."""
     found = []
@@ -216,6 +285,19 @@ CASES = [
         ),
         tolerance="1e-14 to 1e-12, relative.",
         quantities=circle,
+    ),
+    Case(
+        title="Circle under friction that falls with the slip speed",
+        source=(
+            "Closed form, `P^2 = ((k - m W^2) R)^2 + (c W R + mu(W R) N)^2`, and the eigenvalues of the "
+            "linearisation in the frame of the load."
+        ),
+        model=(
+            "The same with Stribeck's law, 0.5 at rest, 0.2 at large speeds, over 3 m/s: dampers `mu' N` "
+            "along the slip and `mu N / |w|` across it in small motions."
+        ),
+        tolerance="1e-14 to 1e-12, relative.",
+        quantities=circle_by_law,
     ),
     Case(
         title="Vibration across sliding",

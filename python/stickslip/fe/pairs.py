@@ -14,6 +14,7 @@ from stickslip.faults import InputError
 from stickslip.fe.surface import Surface, bilinear
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact
+from stickslip.scene.laws.law import FrictionLaw
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def contact_pairs(
     second: Surface | None,
     *,
     velocity: Velocity,
-    friction: float,
+    friction: float | FrictionLaw,
     static_friction: float | None = None,
     restitution: float = 0.0,
     gap: float | None = None,

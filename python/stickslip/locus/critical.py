@@ -17,6 +17,7 @@ from stickslip.locus.path import Sliding
 from stickslip.locus.points import KINDS, CriticalPoint, CriticalPoints, Kind
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
+from stickslip.scene.contact import steady_coefficients
 from stickslip.scene.parameters.family import Family, Model
 from stickslip.scene.parameters.values import divided, interval
 
@@ -150,9 +151,7 @@ def _with_causes(
         if not scene.core.has_friction_laws:
             return point
         # By the spectrum with constant friction.
-        held = scene.replace(
-            friction=[contact.coefficient() for contact in scene.contacts], static_friction=None
-        )
+        held = scene.replace(friction=steady_coefficients(scene.contacts), static_friction=None)
         others = complex_modes(held, letters, near=point.eigenvalue, count=1).eigenvalues
         nearest = others[np.abs(others - point.eigenvalue).argmin()]
         cause = "falling friction" if nearest.real < 0.0 else "mode coupling"

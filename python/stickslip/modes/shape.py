@@ -11,7 +11,7 @@ import xarray as xr
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Flags, Real
-from stickslip.scene.contact import dof_index
+from stickslip.scene.contact import dof_index, steady_coefficients
 from stickslip.scene.laws.law import FrictionLaw
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
@@ -148,8 +148,8 @@ def mode_friction(structure: Structure, scene: Scene, modes: Computed) -> Comple
 
 def friction_factors(scene: Scene, combination: str) -> Real:
     """Return T / N of contacts that slide steadily along lines; 0 of all others."""
-    pairs = zip(combination, scene.contacts, strict=True)
-    return np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
+    pairs = zip(combination, steady_coefficients(scene.contacts), strict=True)
+    return np.array([FRICTION_SIGN[status] * friction for status, friction in pairs])
 
 
 def _friction(structure: Structure, scene: Scene, modes: Computed, unbalanced: Complex) -> Complex:

@@ -26,7 +26,7 @@ from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Real
-from stickslip.scene.contact import driven_letter
+from stickslip.scene.contact import driven_letter, steady_coefficients
 from stickslip.scene.known import Known
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.parameters.family import Model
@@ -249,7 +249,7 @@ def _loci(
 
 def _own_parameter(scene: Scene, modes: Modes, reasons: dict[str, str]) -> tuple[Model, str, Real] | None:
     """Return what eigenvalues are followed over where nothing is asked for; None: over nothing."""
-    frictions = {contact.coefficient() for contact in scene.contacts}
+    frictions = set(steady_coefficients(scene.contacts))
     speeds = {contact.slider_speed for contact in scene.contacts if contact.tangential is not None}
     if scene.core.has_friction_laws and (len(speeds) > 1 or speeds == {0.0}):
         reasons["loci"] = (
@@ -272,7 +272,7 @@ def _own_parameter(scene: Scene, modes: Modes, reasons: dict[str, str]) -> tuple
         return sliding, "friction", np.linspace(0.0, max(2.0 * frictions.pop(), 1.0), VALUES)
 
     def scaled(friction_factor: float) -> Scene:
-        return sliding.replace(friction=[friction_factor * c.coefficient() for c in scene.contacts])
+        return sliding.replace(friction=[friction_factor * mu for mu in steady_coefficients(scene.contacts)])
 
     return scaled, "friction_factor", np.linspace(0.0, 2.0, VALUES)
 

@@ -65,7 +65,8 @@ class Contact:
     friction
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
         ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
-        given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
+        given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``; in a
+        plane it follows ``|w|`` and is positive at rest.
         Where slip has no mass, the law has to rise with the slip speed. Laws with a state of their own
         (`LuGre`, `Dahl`, `BoucWen`, `ElastoPlastic`, `RateState`, `StateLaw`) are for contacts whose slip has
         mass.
@@ -141,10 +142,17 @@ class Contact:
                 object.__setattr__(self, name, real_number(name, value))
 
     def coefficient(self, speed: float | None = None) -> float:
-        """Return the coefficient of kinetic friction at a slip speed, m/s; None: that of steady sliding."""
+        """Return the coefficient of kinetic friction at a slip speed, m/s; None: that of steady sliding.
+
+        Raise `InputError` if the contact is one direction of friction in a plane that follows a law, and no
+        speed is given: the speed of the slider has a part along the other direction.
+        """
         if not isinstance(self.friction, FrictionLaw):
             return self.friction
-        return self.friction.coefficient(abs(self.slider_speed if speed is None else speed))
+        if speed is None and self.beside is not None:
+            raise InputError("speed: expected a slip speed, m/s, of a contact in a plane, got None")
+        given = self.slider_speed if speed is None else speed
+        return self.friction.coefficient(float(np.linalg.norm(np.atleast_1d(given))))
 
     @property
     def holding(self) -> float:
@@ -215,6 +223,16 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(found)
 
 
+def steady_coefficients(contacts: Sequence[Contact]) -> list[float]:
+    """Return the coefficients of kinetic friction of contacts of a scene at the speeds of their sliders."""
+
+    def speed(contact: Contact) -> float:
+        other = 0.0 if contact.beside is None else contacts[contact.beside].slider_speed
+        return float(np.hypot(contact.slider_speed, other))
+
+    return [contact.coefficient(speed(contact)) for contact in contacts]
+
+
 def _pair(contact: int, field: str, value: Any, none: Any) -> tuple[Any, Any]:
     """Return what a slider has along both directions; `none` is the default of one."""
     if value is none or value == none:
@@ -236,6 +254,11 @@ SHARED = ("friction", "static_friction", "normal_force")
 
 #: How parameters of laws begin: of friction, such as ``friction_kinetic``, and of the normal stiffness.
 OF_LAW, OF_SPRING = "friction_", "normal_stiffness_"
+
+
+def is_shared(field: str) -> bool:
+    """Return whether a field is one of both directions of friction in a plane."""
+    return field in SHARED or field.startswith(OF_LAW)
 
 
 def concerns(field: str, contact: Contact) -> bool:

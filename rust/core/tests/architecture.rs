@@ -23,17 +23,17 @@ const PARTS: [&str; 12] = [
 /// Most lines of each part, tests apart: what it had when this was last set, and five percent. Raising one is a decision that its
 /// commit states.
 const CEILINGS: [(&str, usize); 12] = [
-    ("error", 745),
+    ("error", 760),
     ("numerics", 1530),
     ("linalg", 2010),
-    ("scene", 9530),
+    ("scene", 9590),
     ("contact", 3810),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 12570),
+    ("motion", 13000),
     ("transient", 4250),
     ("energy", 668),
-    ("cycles", 4410),
+    ("cycles", 4425),
     ("study", 1130),
 ];
 

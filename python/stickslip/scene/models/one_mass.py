@@ -337,7 +337,7 @@ def mass_on_belt_in_plane(
     stiffness: Pair = (100.0, 150.0),
     damping: Pair = (1.0, 1.0),
     normal_force: float = 10.0,
-    friction: float = 0.4,
+    friction: float | FrictionLaw = 0.4,
     static_friction: float | None = None,
     slider_speed: Pair = (0.2, 0.0),
 ) -> Scene:
@@ -356,7 +356,8 @@ def mass_on_belt_in_plane(
     normal_force
         N, N.
     friction, static_friction
-        mu, and the coefficient up to which the mass sticks; None: mu.
+        mu, a number or a law over slip speed, and the coefficient up to which the mass sticks; None: mu at
+        rest.
     slider_speed
         v, m/s, along x and y; a number is that along x.
 

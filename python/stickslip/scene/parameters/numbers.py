@@ -15,11 +15,11 @@ from stickslip.scene.contact import (
     LAW,
     OF_LAW,
     OF_SPRING,
-    SHARED,
     SPRINGS,
     Contact,
     concerns,
     contact_labels,
+    is_shared,
     law_number,
     law_numbers,
     laws_of,
@@ -209,7 +209,7 @@ def _of_contacts(contacts: Sequence[Contact], name: str) -> Number | None:
     for field in reversed(fields):
         place = labels.get(name.removeprefix(f"{field}_")) if name.startswith(f"{field}_") else None
         if place is not None and (field in LAW or concerns(field, contacts[place])):
-            beside = contacts[place].beside if field in SHARED else None
+            beside = contacts[place].beside if is_shared(field) else None
             return Number(name, "contact", field, (place,) if beside is None else (place, beside))
     return None
 

@@ -245,7 +245,8 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     let approach = u[law.normal];
     u[law.normal] = -law.restitution * approach;
     if let Some(plane) = law.plane.filter(|_| scene.impact_friction) {
-        let limit = law.friction * (1.0 + law.restitution) * approach.abs();
+        let friction = scene.friction_at(contact, u);
+        let limit = friction * (1.0 + law.restitution) * approach.abs();
         let limit = limit * scene.mass.get(law.normal, law.normal);
         let coordinates = [law.tangential, plane.tangential];
         let mass = coordinates.map(|k| scene.mass.get(k, k));

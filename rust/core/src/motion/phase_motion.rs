@@ -264,7 +264,7 @@ impl CoupledMotion<'_> {
     /// Whose law does not hold from here on, and why.
     pub fn exhausted(&self) -> Option<(LawOf, LawEnd)> {
         match &self.kind {
-            Kind::Law(motion, operator) => motion.exhausted(operator),
+            Kind::Law(motion, _) => motion.exhausted(),
             _ => None,
         }
     }

@@ -224,6 +224,13 @@ impl Contact {
         }
     }
 
+    /// |w| at velocities u, also in a plane.
+    pub(crate) fn slip_speed(&self, u: &[f64]) -> f64 {
+        let own = u[self.tangential] - self.slider_speed;
+        let of_plane = |plane: Plane| own.hypot(u[plane.tangential] - plane.slider_speed);
+        self.plane.map_or(own.abs(), of_plane)
+    }
+
     /// Whether it slips in a plane along either direction.
     pub(crate) fn slips_in(&self, plane: Plane, u: &[f64]) -> bool {
         u[self.tangential] != self.slider_speed || u[plane.tangential] != plane.slider_speed
@@ -245,11 +252,11 @@ impl Contact {
     /// T / (mu N) at velocities u: that of a status, or in a plane against the direction of slip.
     pub(crate) fn friction_at(&self, status: Status, u: &[f64]) -> f64 {
         let turns = self.plane.filter(|plane| plane.along.is_none());
-        let (Status::Slipping, Some(plane)) = (status, turns) else {
+        let (Status::Slipping, Some(_)) = (status, turns) else {
             return self.friction_along(status);
         };
         let slip = u[self.tangential] - self.slider_speed;
-        let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
+        let speed = self.slip_speed(u);
         if speed == 0.0 { 0.0 } else { -slip / speed }
     }
 

@@ -25,6 +25,7 @@ use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::{max_distance, max_norm, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::Modes;
+use crate::motion::friction::series::law_series::LawSeries;
 use crate::scene::contact_law::Contact;
 use crate::scene::elements::element::ElementKind;
 use crate::scene::friction::law::FrictionLaw;
@@ -204,7 +205,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
 }
 
 /// Whether all contacts slip steadily in planes in the end, and none of them stops before: friction takes energy from the deviation
-/// from steady sliding, as `(w_1 - w_2) . (e_1 - e_2) >= 0`, so that this bounds its velocities for good.
+/// from steady sliding, as `(w_1 - w_2) . (e_1 - e_2) >= 0`, so that this bounds its velocities for good. Where friction falls with the
+/// slip speed, at most at the rate f, dampers of `f N` at the contacts have to leave C positive.
 fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]; 2]) -> bool {
     let statuses = combination.statuses();
     if statuses.iter().any(|&status| status != Status::Slipping)
@@ -215,7 +217,37 @@ fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]
         return false;
     }
     let steady = moving.at_steady_sliding();
-    let Some((rest, reduced)) = place_at_rest(&steady, combination, q) else { return false };
+    let Some((rest, _)) = place_at_rest(&steady, combination, q) else { return false };
+    let away: Vec<f64> = q.iter().zip(&rest).map(|(q, rest)| q - rest).collect();
+    let form = |matrix: &SparseMatrix, x: &[f64]| {
+        matrix.apply(x).iter().zip(x).map(|(a, b)| a * b).sum::<f64>()
+    };
+    let energy = form(&moving.stiffness, &away) + form(&moving.mass, u);
+    let still = vec![0.0; moving.size];
+    let mut dampers = Vec::new();
+    for contacts in moving.planes() {
+        let laws = contacts.map(|contact| &moving.contacts[contact]);
+        let mass = laws.map(|law| moving.mass.get(law.tangential, law.tangential));
+        let speed = laws[0].slip_speed(&still);
+        let apart = (energy / mass[0].min(mass[1])).sqrt();
+        if !(apart < speed) {
+            return false;
+        }
+        let Some(law) = moving.friction_law(contacts[0]) else { continue };
+        let falls = match law {
+            FrictionLaw::Tabulated(table) => table.steepest(speed - apart, speed + apart),
+            _ => (-LawSeries::along(law, &[speed]).0.least_slope(law, apart)).max(0.0),
+        };
+        if !(law.value(speed) >= falls * apart) {
+            return false;
+        }
+        let pressed = -moving.force[laws[0].normal];
+        dampers.extend(laws.map(|law| (-falls * pressed, vec![(law.tangential, 1.0)])));
+    }
+    let added = SparseMatrix::of_springs(moving.size, &dampers);
+    let damping = steady.damping.combined(1.0, &added, 1.0);
+    let damped = Scene { damping, proportional: None, ..steady.into_owned() };
+    let Some((_, reduced)) = place_at_rest(&damped, combination, q) else { return false };
     // Where K or C feeds energy, it bounds nothing; a motion that does not decay never comes to rest.
     let positive = |matrix: &DMatrix<f64>, least: f64| {
         let values = matrix.clone().symmetric_eigenvalues();
@@ -224,20 +256,7 @@ fn slips_on_in_planes(moving: &Scene, combination: &Combination, [q, u]: [&[f64]
     let Ok(about) = moving.bare().linearised(combination) else { return false };
     let decays = Modes::new(&about, combination)
         .is_ok_and(|modes| modes.eigenvalues.iter().all(|lambda| lambda.re < 0.0));
-    if !(decays && positive(&reduced.stiffness, 0.0) && positive(&reduced.damping, -ROUNDING)) {
-        return false;
-    }
-    let away: Vec<f64> = q.iter().zip(&rest).map(|(q, rest)| q - rest).collect();
-    let form = |matrix: &SparseMatrix, x: &[f64]| {
-        matrix.apply(x).iter().zip(x).map(|(a, b)| a * b).sum::<f64>()
-    };
-    let energy = form(&moving.stiffness, &away) + form(&moving.mass, u);
-    moving.planes().all(|contacts| {
-        let laws = contacts.map(|contact| &moving.contacts[contact]);
-        let mass = laws.map(|law| moving.mass.get(law.tangential, law.tangential));
-        let speed = laws[0].slider_speed.hypot(laws[1].slider_speed);
-        energy < mass[0].min(mass[1]) * speed * speed
-    })
+    decays && positive(&reduced.stiffness, 0.0) && positive(&reduced.damping, -ROUNDING)
 }
 
 /// The largest change of a functional within a box.

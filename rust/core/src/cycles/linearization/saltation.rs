@@ -285,7 +285,8 @@ impl Passage {
     }
 
     /// What the impulse of friction in a plane changes of the slip velocities w. Of `M w+ + p e+ = M w-` with `e = w / |w|` and
-    /// `p = mu (1 + restitution) m_n |g'|` follows `(M + p (I - e e') / |w+|) dw+ = M dw- - e dp`; nothing changes a stop.
+    /// `p = mu (1 + restitution) m_n |g'|` follows `(M + p (I - e e') / |w+|) dw+ = M dw- - e dp`, with mu at the slip speed before the
+    /// impact; nothing changes a stop.
     fn impact_in_plane(
         &self,
         scene: &Scene,
@@ -300,19 +301,22 @@ impl Passage {
         let left = Vector2::from(rows.map(|row| arrived[row])) - sliders;
         let mass = [law.tangential, plane.tangential].map(|k| scene.mass.get(k, k));
         let mass = Matrix2::from_diagonal(&Vector2::from(mass));
-        let by_approach =
-            law.friction * (1.0 + law.restitution) * scene.mass.get(law.normal, law.normal);
+        let impulse = (1.0 + law.restitution) * scene.mass.get(law.normal, law.normal);
+        let by_approach = scene.friction_at(self.contact, &end[n..]) * impulse;
         let approach = n + law.normal;
-        let speed = left.norm();
-        let e = if speed == 0.0 { left } else { left / speed };
+        let unit = |w: Vector2<f64>| if w == Vector2::zeros() { w } else { w.normalize() };
+        let came = Vector2::from(rows.map(|row| end[row])) - sliders;
+        // |g'| = -g' before an impact.
+        let by_speed = -end[approach] * impulse * scene.friction_slope(self.contact, &end[n..]);
+        let (speed, e) = (left.norm(), unit(left));
         let across = Matrix2::identity() - e * e.transpose();
         let turned = mass - across * (by_approach * end[approach] / speed);
         let inverse = match speed == 0.0 {
             true => Matrix2::zeros(),
             false => turned.try_inverse().unwrap_or_else(Matrix2::zeros),
         };
-        // |g'| = -g' before an impact.
-        let (by_slip, by_approach) = (inverse * mass, inverse * e * by_approach);
+        let by_slip = inverse * (mass - e * unit(came).transpose() * by_speed);
+        let by_approach = inverse * e * by_approach;
         for i in 0..2 {
             (0..2).for_each(|j| matrix[(rows[i], rows[j])] = by_slip[(i, j)]);
             matrix[(rows[i], approach)] = by_approach[i];

@@ -23,6 +23,7 @@ use nalgebra::DMatrix;
 use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved, worse};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::plane::{PanelSizes, PlaneBound};
 use crate::motion::friction::series::coefficients::{UNIT, lowest, product_units, size};
 use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
@@ -104,6 +105,15 @@ impl Kernel for Bound<'_> {
                 .as_ref()
                 .map_or(f64::INFINITY, |state| sliding.series.reach_of_state() / state.norm);
             radius.min(of_pieces).min(TUBE_OF_SLIP * of_slip).min(TUBE_OF_SLIP * of_state)
+        });
+        let turning = operator.planes.iter().zip(&*planes);
+        let radius = turning.fold(radius, |radius, (one, series)| {
+            let Some((law, series)) = series.law_of_speed(one) else { return radius };
+            let of_pieces = match law {
+                FrictionLaw::Tabulated(_) => part(TUBE_OF_TABLES),
+                _ => f64::INFINITY,
+            };
+            radius.min(of_pieces).min(TUBE_OF_SLIP * series.reach(law) / one.speed_norm)
         });
         // Where slip has no mass, the slope of its law and its normal force are divided by.
         let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());
@@ -268,8 +278,10 @@ impl Kernel for Bound<'_> {
         for (one, series) in operator.planes.iter().zip(&*planes) {
             let sized = series.at_origin[1] + size_of(&one.limit, sizes);
             let of_limit = [series.beyond, UNIT * in_row * sized + uncounted * one.limit_norm];
-            let [cut, round, apart] = series.error(one, units, taylor.width, of_limit);
-            lipschitz = together(lipschitz, one.force_norm * one.limit_norm);
+            let width = taylor.width;
+            let panel = PanelSizes { units, shortenings, width, of_limit, radius };
+            let PlaneBound { cut, round, apart, growth } = series.error(one, &panel);
+            lipschitz = together(lipschitz, one.force_norm * growth);
             truncated = together(truncated, taylor.width * one.force_norm * cut);
             let round = taylor.width * one.force_norm * round + widened * apart / one.slip_norm;
             rounded = together(rounded, round);

@@ -177,11 +177,11 @@ pub(crate) struct LawMotion {
     pub(super) uncounted: f64,
     /// Least radius of the neighbourhood of the polynomials in which the panel is bounded, in the same norm; 0 unless rounding needs one.
     pub(super) least_tube: f64,
-    /// Pieces that tables have from the end of the panel on, as (place, piece).
+    /// Pieces that tables have from the end of the panel on, as (place, piece), those of planes after those of contacts.
     pub(super) next: Option<(usize, usize)>,
     /// A contact whose law ends the phase at the end of the panel, and one whose law has ended it.
-    pub(super) ends: Option<(usize, LawEnd)>,
-    pub(super) ended: Option<(usize, LawEnd)>,
+    pub(super) ends: Option<(LawOf, LawEnd)>,
+    pub(super) ended: Option<(LawOf, LawEnd)>,
     pub(super) unit: VectorUnit,
 }
 
@@ -258,19 +258,21 @@ impl LawMotion {
             if series.begin(one, [q, u], &self.taylor.origin, reaction) {
                 self.stopped = Some(place);
             }
+            if one.is_negative_at(u) {
+                self.ended = Some((LawOf::Contact(one.contacts[0]), LawEnd::Negative));
+            }
         }
         self.contacts.resize_with(operator.contacts.len(), Sliding::default);
         let pairs = operator.paired.div_ceil(SHARING);
         self.convolutions.resize_with(pairs, Convolutions::new);
-        for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
-        {
+        for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             let speed = -one.sign * one.slip.value(q, u);
             // Where slip has no mass, rounding of its start is left out.
             let speed = if one.flow.is_some() { speed.max(0.0) } else { speed };
             sliding.series.piece = one.piece(speed, q, u);
             (sliding.followed.follows, sliding.followed.relaxed_at) = (false, 0.0);
             if !one.has_sign() && one.state.is_none() && one.law.value(speed.max(0.0)) < 0.0 {
-                self.ended = Some((place, LawEnd::Negative));
+                self.ended = Some((one.of, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;
             let of_origin = |sum: f64, &(k, weight): &(usize, f64)| sum + weight * origin[k];
@@ -329,8 +331,8 @@ impl LawMotion {
     }
 
     /// Whose law does not hold from here on, and why.
-    pub fn exhausted(&self, operator: &LawOperator) -> Option<(LawOf, LawEnd)> {
-        self.ended.map(|(place, end)| (operator.contacts[place].of, end))
+    pub fn exhausted(&self) -> Option<(LawOf, LawEnd)> {
+        self.ended
     }
 
     /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
@@ -371,7 +373,11 @@ impl LawMotion {
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
-            if laws.all(|(one, sliding)| sliding.is_within_reach(one)) {
+            let mut planes = operator.planes.iter().zip(&self.planes);
+            let turns_within = |(one, series): (_, &PlaneSeries)| {
+                series.law_of_speed(one).is_none_or(|(law, own)| own.range() <= own.reach(law))
+            };
+            if laws.all(|(one, sliding)| sliding.is_within_reach(one)) && planes.all(turns_within) {
                 break;
             }
             self.shorten(UNBOUNDED);
@@ -546,7 +552,10 @@ impl LawMotion {
         }
         self.planes.iter_mut().for_each(PlaneSeries::go_on);
         if let Some((place, piece)) = self.next.take() {
-            self.contacts[place].series.piece = piece;
+            match place.checked_sub(self.contacts.len()) {
+                None => self.contacts[place].series.piece = piece,
+                Some(place) => self.planes[place].take_piece(piece),
+            }
         }
         self.fill(scene, operator);
     }

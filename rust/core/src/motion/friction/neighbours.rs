@@ -9,9 +9,7 @@ use crate::linalg::parallel::each;
 use crate::motion::friction::balances::BALANCES;
 use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::{
-    NO_TIME, PlaneNeighbour, PlaneSeries, PlaneSlopes, convolved_with,
-};
+use crate::motion::friction::plane::{NO_TIME, PlaneNeighbour, PlaneSlopes, convolved_with};
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{COLUMNS, Kernel, Lanes, Side};
@@ -76,7 +74,10 @@ impl LawMotion {
                     },
                 })
                 .collect();
-            let planes: Vec<PlaneSlopes> = self.planes.iter().map(PlaneSeries::slopes).collect();
+            let planes: Vec<PlaneSlopes> = {
+                let all = operator.planes.iter().zip(&self.planes);
+                all.map(|(one, series)| series.slopes(one)).collect()
+            };
             let of = |some| self.of_neighbours(scene, operator, (&slopes, &planes), some);
             let all: Vec<Series> = each(scene.size, neighbours.chunks(COLUMNS).collect(), of);
             let all = (0..neighbours.len()).map(|i| (&all[i / COLUMNS], i % COLUMNS));
@@ -209,7 +210,7 @@ impl Kernel for Extend<'_> {
         let mut off = 0.0f64;
         for (place, one) in operator.planes.iter().enumerate() {
             let (slip, own) = (&motion.planes[place], &mut series.planes[place]);
-            off = off.max(slip.improve_neighbour(simd, one, own, h));
+            off = off.max(slip.improve_neighbour(simd, one, &along.1[place], own, h));
         }
         off
     }

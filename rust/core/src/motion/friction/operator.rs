@@ -244,7 +244,11 @@ impl LawOperator {
         for ((&[first, second], normal), output) in slipping.iter().zip(&pressed).zip(of_planes) {
             let (along, across) = (along(first), along(second));
             let coordinates = [along.0, across.0];
-            let velocity = Functional { velocity: vec![(along.0, 1.0)], ..Functional::default() };
+            let of_velocity = |k: usize| {
+                let velocity = Functional { velocity: vec![(k, 1.0)], ..Functional::default() };
+                taylor.dual_norm(own, &velocity)
+            };
+            let slip_norm = of_velocity(along.0);
             let friction = scene.contacts[first].friction;
             let limit = normal.scaled(friction);
             planes.push(PlaneContact {
@@ -254,10 +258,12 @@ impl LawOperator {
                 limit_norm: taylor.dual_norm(own, &limit),
                 limit,
                 friction,
+                law: scene.friction_law(first).cloned(),
                 output,
                 mass: coordinates.map(|k| own.mass.get(k, k)),
                 force_norm: along.2.max(across.2),
-                slip_norm: taylor.dual_norm(own, &velocity),
+                slip_norm,
+                speed_norm: slip_norm.max(of_velocity(across.0)),
             });
             along_planes.extend([along.1, across.1]);
         }

@@ -3,12 +3,14 @@
 use crate::error::run::LawEnd;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::plane::PlaneContact;
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, size};
-use crate::motion::friction::series::law_contact::LawContact;
-use crate::motion::friction::series::law_series::borders;
+use crate::motion::friction::series::law_contact::{LawContact, LawOf};
+use crate::motion::friction::series::law_series::{LawSeries, borders};
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
+use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
 
 /// Units of rounding within which a slip speed is at a border of its piece: few operations give the state and S from it.
@@ -38,10 +40,10 @@ const CRAWLING: f64 = 1e-3;
 
 impl LawMotion {
     /// A contact whose slip has no mass and whose slip speed or normal force ends the phase at the start of the panel.
-    pub(super) fn end_of_flow(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+    pub(super) fn end_of_flow(&self, operator: &LawOperator) -> Option<(LawOf, LawEnd)> {
         let pressed = if self.left_out.is_finite() { PRESSED } else { HARDLY_PRESSED };
-        let mut contacts = operator.contacts.iter().zip(&self.contacts).enumerate();
-        contacts.find_map(|(place, (one, sliding))| {
+        let mut contacts = operator.contacts.iter().zip(&self.contacts);
+        contacts.find_map(|(one, sliding)| {
             let flow = one.flow.as_ref()?;
             let Sliding { series, normal, at_origin_size, .. } = sliding;
             // What it loses over a usual panel counts as well: its terms are small after a closing.
@@ -51,15 +53,15 @@ impl LawMotion {
             let crawls = normal[0] < HARDLY_PRESSED * usual
                 && flow.spring * self.taylor.width < CRAWLING * damper;
             if !(normal[0] > pressed * usual) || crawls {
-                return Some((place, LawEnd::Opening));
+                return Some((one.of, LawEnd::Opening));
             }
             let level = !(series.slip[0] < one.law.rises_until()?);
-            level.then_some((place, LawEnd::Level))
+            level.then_some((one.of, LawEnd::Level))
         })
     }
 
     /// An element or a contact with a state whose law leaves a panel without a bound, where the motion is within the range of numbers.
-    pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
+    pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(LawOf, LawEnd)> {
         let mut elements = operator.contacts.iter().zip(&self.contacts);
         let ends = |(one, sliding): (&LawContact, &Sliding)| {
             let Sliding { series, .. } = sliding;
@@ -70,51 +72,74 @@ impl LawMotion {
                 .map(|state| series.reach_of_state() > NARROW * scale * state.norm);
             one.is_element() && !of_slip || of_state.is_some_and(|of_state| !(of_slip && of_state))
         };
-        let place = if scale.is_finite() { elements.position(ends) } else { None };
-        place.map(|place| (place, LawEnd::Undefined))
+        let found = if scale.is_finite() { elements.find(|of| ends(*of)) } else { None };
+        found.map(|(one, _)| (one.of, LawEnd::Undefined))
     }
 
     /// A law that leaves every panel without a bound, for no other reason, where the motion is far from the end of the range of numbers.
-    pub(super) fn without_bound(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+    pub(super) fn without_bound(&self, operator: &LawOperator) -> Option<(LawOf, LawEnd)> {
         let has_none = |one: &Sliding| !(one.bounds.cut + one.bounds.round).is_finite();
         if self.left_out.is_finite() || self.taylor.scale_at_start(&operator.taylor) > FAR {
             return None;
         }
-        Some((self.contacts.iter().position(has_none)?, LawEnd::Undefined))
+        let turning = operator.planes.iter().find(|one| one.law.is_some());
+        let contact = self.contacts.iter().position(has_none);
+        let of = contact.map(|place| operator.contacts[place].of);
+        Some((of.or(turning.map(|one| LawOf::Contact(one.contacts[0])))?, LawEnd::Undefined))
     }
 
     /// A contact whose law changes over slip speeds that are lost in rounding: beside a motion so large that no panel has a bound;
     /// that pass within the rounding of time; or over which a falling friction drives slip apart that begins from rest.
-    pub(super) fn unresolved(&self, operator: &LawOperator, scale: f64) -> Option<(usize, LawEnd)> {
+    pub(super) fn unresolved(&self, operator: &LawOperator, scale: f64) -> Option<(LawOf, LawEnd)> {
         let TaylorMotion { width, .. } = self.taylor;
         let start = self.start();
+        let too_large = |law: &FrictionLaw, series: &LawSeries, norm: f64| {
+            let large = NARROW * scale * norm;
+            large.is_finite() && series.resolution(law) < large
+        };
+        let too_fast = |law: &FrictionLaw, series: &LawSeries| {
+            series.slip[1].abs() * (start.next_up() - start) > width * series.resolution(law)
+        };
+        // Slip that begins with S_1 and S_2 is, where it grows by e^(r s), as one of S_1 / r or 2 S_2 / r^2.
+        let in_rounding = |slip: &[f64; COEFFICIENTS], fall: f64, rounding: f64| {
+            let r = (fall * width).max(0.0);
+            slip[0].abs() <= rounding
+                && f64::max(slip[1].abs() * r, 2.0 * slip[2].abs()) < rounding * r * r
+        };
+        let is_bounded = self.left_out.is_finite();
         let mut contacts = operator.contacts.iter().zip(&self.contacts);
-        let place = contacts.position(|(one, sliding)| {
+        let found = contacts.find(|(one, sliding)| {
             let Sliding { series, normal, .. } = sliding;
-            if !self.left_out.is_finite() {
-                let large = NARROW * scale * one.slip_norm;
-                return large.is_finite() && series.resolution(&one.law) < large;
+            if !is_bounded {
+                return too_large(&one.law, series, one.slip_norm);
             }
             if one.flow.is_some() || one.state.is_some() {
                 return false;
             }
-            let [slip, first, second] = [0, 1, 2].map(|k| series.slip[k].abs());
-            if first * (start.next_up() - start) > width * series.resolution(&one.law) {
-                return true;
-            }
             let rounding = AT_BORDER * UNIT * one.slip.constant.abs();
-            if slip > rounding || one.has_sign() {
-                return false;
-            }
-            // Slip that begins with S_1 and S_2 is, where it grows by e^(r s), as one of S_1 / r or 2 S_2 / r^2.
             let fall = -series.slope(&one.law) * normal[0] * one.force_norm * one.slip_norm;
-            let r = (fall * width).max(0.0);
-            f64::max(first * r, 2.0 * second) < rounding * r * r
+            too_fast(&one.law, series)
+                || !one.has_sign() && in_rounding(&series.slip, fall, rounding)
         });
-        place.map(|place| match operator.contacts[place].is_element() {
-            true => (place, LawEnd::Undefined),
-            false => (place, LawEnd::Unresolved),
-        })
+        if let Some((one, _)) = found {
+            return Some(match one.of {
+                of @ LawOf::Element(_) => (of, LawEnd::Undefined),
+                of => (of, LawEnd::Unresolved),
+            });
+        }
+        let mut planes = operator.planes.iter().zip(&self.planes);
+        let found = planes.find(|(one, series)| {
+            let Some((law, own)) = series.law_of_speed(one) else { return false };
+            if !is_bounded {
+                return too_large(law, own, one.speed_norm);
+            }
+            let [x, y] = one.slider;
+            let rounding = AT_BORDER * UNIT * x.hypot(y);
+            let pressed = series.limit[0] / law.value(own.slip[0]);
+            let fall = -own.slope(law) * pressed * one.force_norm * one.speed_norm;
+            too_fast(law, own) || in_rounding(&own.slip, fall, rounding)
+        });
+        found.map(|(one, _)| (LawOf::Contact(one.contacts[0]), LawEnd::Unresolved))
     }
 
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
@@ -125,15 +150,20 @@ impl LawMotion {
                 continue;
             }
             let scale = self.taylor.scale(&operator.taylor);
-            let piece = sliding.series.piece;
-            let mut borders = borders(one.law.knots(), piece);
-            let left = borders.find(|&(border, beyond)| {
-                let argument = sliding.argument_of_pieces(one);
-                let distance = distance(argument, border, beyond > piece, at(one, border, scale));
-                distance.is_some_and(|p| p[0] < 0.0)
-            });
-            if let Some((_, beyond)) = left {
+            let (argument, piece) = (sliding.argument_of_pieces(one), sliding.series.piece);
+            if let Some(beyond) = left(&one.law, argument, piece, |b| at(one, b, scale)) {
                 sliding.series.piece = beyond;
+                changed = true;
+            }
+        }
+        for (one, series) in operator.planes.iter().zip(&mut self.planes) {
+            let Some((law, own)) = series.law_of_speed(one) else { continue };
+            if law.knots().is_empty() {
+                continue;
+            }
+            let scale = self.taylor.scale(&operator.taylor);
+            if let Some(beyond) = left(law, &own.slip, own.piece, |b| at_in_plane(one, b, scale)) {
+                series.take_piece(beyond);
                 changed = true;
             }
         }
@@ -143,28 +173,20 @@ impl LawMotion {
     /// Ends the panel where the first slip speed comes to the border of a piece, or the first law to 0.
     pub(super) fn cut(&mut self, operator: &LawOperator, scale: f64) {
         (self.next, self.ends) = (None, None);
+        let unit = self.unit;
         let mut first = 1.0;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&self.contacts).enumerate() {
             let Sliding { series, bounds, .. } = sliding;
             let argument = sliding.argument_of_pieces(one);
-            let range = moved(argument);
             let root = |border: f64, above: bool, end: f64| {
-                if range < (argument[0] - border).abs() {
-                    return None;
-                }
-                let p = distance(argument, border, above, at(one, border, scale))?;
-                let error = UNIT * (border.abs() + range);
-                match self.unit.run(FirstRoot { polynomial: &p, error, end }) {
-                    Verdict::Crossing { root, .. } if root > 0.0 => Some(root),
-                    _ => None,
-                }
+                comes_to(unit, argument, (border, above), at(one, border, scale), end)
             };
             let level = one.flow.as_ref().and_then(|_| one.law.rises_until());
             if let Some(border) = level.filter(|border| border.is_finite())
                 && let Some(at) = root(border, true, first)
             {
                 first = at;
-                (self.next, self.ends) = (None, Some((place, LawEnd::Level)));
+                (self.next, self.ends) = (None, Some((one.of, LawEnd::Level)));
             }
             for (border, beyond) in borders(one.law.knots(), series.piece) {
                 if let Some(at) = root(border, beyond > series.piece, first) {
@@ -177,7 +199,7 @@ impl LawMotion {
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;
-                        (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
+                        (self.next, self.ends) = (None, Some((one.of, LawEnd::Negative)));
                     }
                 }
                 FrictionLaw::Formula(_) => {
@@ -198,15 +220,41 @@ impl LawMotion {
                         continue;
                     }
                     let search = FirstRoot { polynomial: &mu, error, end: first };
-                    if let Verdict::Crossing { root, .. } = self.unit.run(search)
+                    if let Verdict::Crossing { root, .. } = unit.run(search)
                         && root > 0.0
                         && !comes_to_rest(root)
                     {
                         first = root;
-                        (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
+                        (self.next, self.ends) = (None, Some((one.of, LawEnd::Negative)));
                     }
                 }
                 _ => {}
+            }
+        }
+        for (place, (one, series)) in operator.planes.iter().zip(&self.planes).enumerate() {
+            let Some((law, own)) = series.law_of_speed(one) else { continue };
+            for (border, beyond) in borders(law.knots(), own.piece) {
+                let (to, at) = ((border, beyond > own.piece), at_in_plane(one, border, scale));
+                if let Some(at) = comes_to(unit, &own.slip, to, at, first) {
+                    first = at;
+                    (self.next, self.ends) =
+                        (Some((operator.contacts.len() + place, beyond)), None);
+                }
+            }
+            let mut mu = [0.0; ROW];
+            mu[..COEFFICIENTS].copy_from_slice(&own.excess);
+            mu[0] += law.value(0.0);
+            if mu[0] - moved(&own.excess) > 0.0 {
+                continue;
+            }
+            let error = UNIT * ROW as f64 * (mu[0].abs() + moved(&own.excess));
+            let search = FirstRoot { polynomial: &mu, error, end: first };
+            if let Verdict::Crossing { root, .. } = unit.run(search)
+                && root > 0.0
+            {
+                first = root;
+                let of = LawOf::Contact(one.contacts[0]);
+                (self.next, self.ends) = (None, Some((of, LawEnd::Negative)));
             }
         }
         if first < 1.0 {
@@ -219,6 +267,45 @@ impl LawMotion {
 /// The slip speed at a part of the panel.
 fn slip_at(slip: &[f64; COEFFICIENTS], at: f64) -> f64 {
     slip.iter().rev().fold(0.0, |sum, c| sum * at + c)
+}
+
+/// The part of the panel at which a slip speed or a state comes to a border, before `end`; `at` the border within that distance.
+fn comes_to(
+    unit: VectorUnit,
+    argument: &[f64; COEFFICIENTS],
+    (border, above): (f64, bool),
+    at: f64,
+    end: f64,
+) -> Option<f64> {
+    let range = moved(argument);
+    if range < (argument[0] - border).abs() {
+        return None;
+    }
+    let p = distance(argument, border, above, at)?;
+    let error = UNIT * (border.abs() + range);
+    match unit.run(FirstRoot { polynomial: &p, error, end }) {
+        Verdict::Crossing { root, .. } if root > 0.0 => Some(root),
+        _ => None,
+    }
+}
+
+/// The piece into which a slip speed or a state leaves its own one, where it begins within `at` of a border of both.
+fn left(
+    law: &FrictionLaw,
+    argument: &[f64; COEFFICIENTS],
+    piece: usize,
+    at: impl Fn(f64) -> f64,
+) -> Option<usize> {
+    let mut borders = borders(law.knots(), piece);
+    let found = borders.find(|&(border, beyond)| {
+        distance(argument, border, beyond > piece, at(border)).is_some_and(|p| p[0] < 0.0)
+    });
+    found.map(|(_, beyond)| beyond)
+}
+
+/// The distance from a border within which a slip speed in a plane is at it.
+fn at_in_plane(one: &PlaneContact, border: f64, scale: f64) -> f64 {
+    AT_BORDER * UNIT * (border.abs() + scale * one.speed_norm)
 }
 
 /// The distance from a border within which a slip speed or a state is at it.

@@ -15,6 +15,15 @@
 //! friction. In the energy norm (and where the norm is the largest entry, in that with `(w_x^2 + w_y^2)^(1/2)` in place of both
 //! entries) only the defect of the series counts, no slope of e, however slow the slip is.
 //!
+//! *Friction over slip speed.* With a law mu(r), `r = |w| = w . e` is one more series, known from w and lower orders of e, and mu(r) one of
+//! it. `mu(r) e` is the gradient of `int mu dr`, to which `f |w|^2 / 2` makes a convex one where `mu' >= -f` and `mu >= -f r`: then
+//!
+//! ```text
+//! (w_1 - w_2) . (mu_1 e_1 - mu_2 e_2) >= -f |w_1 - w_2|^2
+//! ```
+//!
+//! so that of the law only its fall counts, as a rate `N f / m` at which differences grow.
+//!
 //! *Slow slip.* The direction relaxes at the rate `mu N / (m r)`. Where this is fast, no series of t in time holds for longer; but the
 //! direction that has relaxed follows from the balance across e_0, `mu N e = R - M w'` there with `w = a (1, t)`. Two terms of each order
 //! come from the series before, which is formed again until nothing changes. What is left of this balance is the defect of that w,
@@ -26,11 +35,13 @@
 
 use crate::contact::functional::Functional;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
-use crate::motion::friction::series::convolutions::Convolutions;
+use crate::motion::friction::series::convolutions::{Convolutions, FactorSums};
+use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{COLUMNS, GROUP, Lanes, Side};
-use crate::scene::friction::decay::product;
+use crate::scene::friction::decay::{product, terms_left_out};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
 
@@ -47,6 +58,8 @@ const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
+/// A bound of the slope of a law from below has this rounding.
+const FALLS: f64 = 1.0 + 4e-9;
 
 /// A contact that slips in a plane.
 #[derive(Debug)]
@@ -56,16 +69,50 @@ pub(crate) struct PlaneContact {
     pub coordinates: [usize; 2],
     /// Speeds of the slider, m/s.
     pub slider: [f64; 2],
-    /// mu N, and mu, where the normal force is one of the outputs of dense rows, with its place there.
+    /// mu N, and mu, where the normal force is one of the outputs of dense rows, with its place there; both at rest, where mu depends
+    /// on the slip speed by a law.
     pub limit: Functional,
     pub friction: f64,
+    pub law: Option<FrictionLaw>,
     pub output: Option<usize>,
     pub mass: [f64; 2],
     /// The norm of the operator per unit of force.
     pub force_norm: f64,
-    /// What an error of the state leaves in w, and in `mu N`.
+    /// What an error of the state leaves in w along the first direction, in w along the lighter one, and in `mu N`.
     pub slip_norm: f64,
+    pub speed_norm: f64,
     pub limit_norm: f64,
+}
+
+/// Friction over slip speed along a panel.
+#[derive(Debug, Clone)]
+struct OfSpeed {
+    /// `mu(r) - mu(0)` over r, with the factors of its product.
+    series: LawSeries,
+    factors: [[f64; COEFFICIENTS]; 2],
+    /// `mu(0) N`
+    at_rest: [f64; COEFFICIENTS],
+    /// `r - a`, where the direction follows: from the series before.
+    turned: [f64; COEFFICIENTS],
+}
+
+/// Bounds of the error of a friction force by truncation and by rounding, N, of w beside it, and of the change of the force per norm
+/// of the state that adds energy to a difference of two motions.
+pub(super) struct PlaneBound {
+    pub cut: f64,
+    pub round: f64,
+    pub apart: f64,
+    pub growth: f64,
+}
+
+/// What the bound of a panel knows besides: units of rounding of a product, times that the panel was shortened, its width, the errors of
+/// `mu(0) N` by truncation and by rounding, and the radius of the neighbourhood in which the slope of the law counts.
+pub(super) struct PanelSizes {
+    pub units: f64,
+    pub shortenings: usize,
+    pub width: f64,
+    pub of_limit: [f64; 2],
+    pub radius: f64,
 }
 
 /// How the series of a panel is found.
@@ -108,6 +155,17 @@ pub(super) struct PlaneSeries {
     /// Where the direction follows: what the balance across e_0 took from the series before.
     pull: [f64; COEFFICIENTS],
     products: [Convolutions; 2],
+    of_speed: Option<Box<OfSpeed>>,
+}
+
+/// Errors of the direction by truncation and by rounding, relative; those of the force besides, N; and of w.
+#[derive(Default)]
+struct OfDirection {
+    cut: f64,
+    round: f64,
+    force: f64,
+    defect: f64,
+    apart: f64,
 }
 
 /// Terms of products of order k that have factors of the orders from 1 to k - 1.
@@ -140,7 +198,43 @@ impl Default for PlaneSeries {
             reaction: [0.0; 2],
             pull: none,
             products: std::array::from_fn(|_| Convolutions::new()),
+            of_speed: None,
         }
+    }
+}
+
+impl Default for OfSpeed {
+    fn default() -> Self {
+        let none = [0.0; COEFFICIENTS];
+        Self { series: LawSeries::default(), factors: [none; 2], at_rest: none, turned: none }
+    }
+}
+
+impl OfSpeed {
+    /// `mu N` of order k, from r and `mu(0) N` of that order.
+    fn press(&mut self, law: &FrictionLaw, k: usize, [speed, at_rest]: [f64; 2]) -> f64 {
+        let Self { series, factors: [left, right], at_rest: all, .. } = self;
+        all[k] = at_rest;
+        let middle = (1..k).map(|j| left[j] * right[k - j]).sum();
+        (_, [left[k], right[k]]) = series.extend(law, k, [speed, 0.0], middle);
+        at_rest + convolved(&series.excess, all, k) / law.value(0.0)
+    }
+
+    /// The sums of its factors, of which the law has its bounds.
+    fn sums(&self) -> FactorSums {
+        let [left, right] = &self.factors;
+        FactorSums {
+            left: [size(left), size(&self.series.excess)],
+            right: [size(right), 0.0],
+            left_out: [terms_left_out(left, right), 0.0],
+        }
+    }
+
+    /// `mu / mu(0)`
+    fn ratio(&self, at_rest: f64) -> [f64; COEFFICIENTS] {
+        let mut ratio = self.series.excess.map(|excess| excess / at_rest);
+        ratio[0] += 1.0;
+        ratio
     }
 }
 
@@ -179,6 +273,11 @@ fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64
     a.iter().enumerate().map(of).sum()
 }
 
+/// The sum of the absolute differences of two series.
+fn apart(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum()
+}
+
 /// `sum_i a_{k-i} x_i`, over all of x.
 #[inline(always)]
 pub(super) fn convolved_with<S: Lanes>(
@@ -211,7 +310,6 @@ impl PlaneContact {
     }
 
     /// |w|
-    #[cfg(test)]
     pub fn speed(&self, u: &[f64]) -> f64 {
         let [x, y] = self.slip_at(u);
         x.hypot(y)
@@ -232,7 +330,7 @@ impl PlaneContact {
     pub fn friction(&self, q: &[f64], u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
         let w = self.slip_at(u);
         let speed = w[0].hypot(w[1]);
-        let limit = self.limit.value(q, u);
+        let limit = self.limit.value(q, u) * self.ratio_at(speed);
         let direction = match speed == 0.0 {
             true => self.departs(limit, reaction),
             false => w.map(|w| w / speed),
@@ -248,9 +346,23 @@ impl PlaneContact {
             return [0.0; 2];
         }
         let direction = w.map(|w| w / speed);
-        let [_, across] = Self::turned(direction, self.coordinates.map(|row| du[row]));
-        let turning = self.limit.value(q, u) * across / speed;
-        Self::turned_back(direction, [-self.limit.rate(dq, du), -turning])
+        let [along, across] = Self::turned(direction, self.coordinates.map(|row| du[row]));
+        let (at_rest, ratio) = (self.limit.value(q, u), self.ratio_at(speed));
+        let by_speed =
+            self.law.as_ref().map_or(0.0, |law| along * law.slope(speed) / law.value(0.0));
+        let pressing = ratio * self.limit.rate(dq, du) + by_speed * at_rest;
+        let turning = ratio * at_rest * across / speed;
+        Self::turned_back(direction, [-pressing, -turning])
+    }
+
+    /// `mu / mu(0)` at a slip speed.
+    fn ratio_at(&self, speed: f64) -> f64 {
+        self.law.as_ref().map_or(1.0, |law| law.value(speed) / law.value(0.0))
+    }
+
+    /// Whether its friction is below zero at the slip velocities of a state.
+    pub fn is_negative_at(&self, u: &[f64]) -> bool {
+        self.ratio_at(self.speed(u)) < 0.0
     }
 
     /// The force across a direction that accelerations along and across it take.
@@ -289,6 +401,12 @@ impl PlaneSeries {
             [sum + term, size + term.abs()]
         };
         self.at_origin = position.iter().fold([*constant, constant.abs()], add);
+        match &one.law {
+            Some(law) => {
+                self.of_speed.get_or_insert_default().series.piece = law.piece(one.speed(u));
+            }
+            None => self.of_speed = None,
+        }
         self.relaxed_at = 0.0;
         let w = one.slip_at(u);
         if w != [0.0; 2] {
@@ -366,7 +484,7 @@ impl PlaneSeries {
         lower: &Lower,
         width: f64,
     ) -> [f64; 2] {
-        self.limit[k] = if k == 0 { limit + self.at_origin[0] } else { limit };
+        let at_rest = if k == 0 { limit + self.at_origin[0] } else { limit };
         if k == 0 {
             w = [0, 1].map(|i| w[i] - one.slider[i]);
             self.reaction = reaction;
@@ -374,6 +492,7 @@ impl PlaneSeries {
         match self.course {
             Course::Ends(force) => {
                 self.keep(k, w);
+                self.limit[k] = at_rest * one.ratio_at(self.slip[0][0]);
                 if k == 0 { force } else { [0.0; 2] }
             }
             Course::Slips => {
@@ -383,15 +502,20 @@ impl PlaneSeries {
                 }
                 self.keep(k, w);
                 self.follow(k, lower);
+                self.press(one, k, at_rest);
                 self.force(k, lower)
             }
             Course::Follows => {
                 self.keep(k, w);
+                self.press(one, k, at_rest);
                 self.balance_across(one, k, lower, reaction, width);
                 self.force(k, lower)
             }
             Course::Begins(power) => {
                 self.keep(k, if k < power { [0.0; 2] } else { w });
+                // Slip of order 0 is zero, so that the direction of this order does not count.
+                (self.along[k], self.across[k]) = (if k == 0 { 1.0 } else { 0.0 }, 0.0);
+                self.press(one, k, at_rest);
                 self.balance(one, k, (power, lower), reaction, width);
                 if k == 0 && power == 2 {
                     // Exactly, so that slip does not begin by rounding.
@@ -400,6 +524,20 @@ impl PlaneSeries {
                 self.force(k, lower)
             }
         }
+    }
+
+    /// `mu N` of order k, from that at rest.
+    fn press(&mut self, one: &PlaneContact, k: usize, at_rest: f64) {
+        let (Some(of_speed), Some(law)) = (&mut self.of_speed, &one.law) else {
+            self.limit[k] = at_rest;
+            return;
+        };
+        let [a, b] = &self.slip;
+        let speed = match self.course {
+            Course::Follows => a[k] + of_speed.turned[k],
+            _ => convolved(a, &self.along, k) + convolved(b, &self.across, k),
+        };
+        self.limit[k] = of_speed.press(law, k, [speed, at_rest]);
     }
 
     /// What orders of `mu N` after the first give along and across e_0.
@@ -492,6 +630,7 @@ impl PlaneSeries {
             let stiff = self.relaxation(one) * width > STIFF && start >= self.relaxed_at;
             self.course = if stiff { Course::Follows } else { Course::Slips };
             self.pull = [0.0; COEFFICIENTS];
+            self.of_speed.iter_mut().for_each(|of_speed| of_speed.turned = [0.0; COEFFICIENTS]);
         }
         self.follows()
     }
@@ -504,11 +643,43 @@ impl PlaneSeries {
             change += (force - self.pull[k]).abs();
             self.pull[k] = force;
         }
+        let turned = self.turned_from_before();
+        if let (Some(of_speed), Some(law)) = (&mut self.of_speed, &one.law) {
+            let faster = apart(&of_speed.turned, &turned);
+            let slope = of_speed.series.slope(law) / law.value(0.0);
+            change += faster * (slope * of_speed.at_rest[0]).abs();
+            of_speed.turned = turned;
+        }
         [change, (self.ratio[0] * self.slip[0][0]).abs()]
     }
 
     pub(super) fn follows(&self) -> bool {
         self.course == Course::Follows
+    }
+
+    /// `r - a` of `w = a (1, t)`, where the direction follows.
+    fn turned_from_before(&self) -> [f64; COEFFICIENTS] {
+        if self.of_speed.is_none() {
+            return [0.0; COEFFICIENTS];
+        }
+        let a = &self.slip[0];
+        let across = product(&self.ratio, a);
+        let speed = product(a, &self.along);
+        let turned = product(&across, &self.across);
+        std::array::from_fn(|k| speed[k] + turned[k] - a[k])
+    }
+
+    /// Where friction depends on the slip speed: its law, and that along the panel.
+    pub(super) fn law_of_speed<'a>(
+        &'a self,
+        one: &'a PlaneContact,
+    ) -> Option<(&'a FrictionLaw, &'a LawSeries)> {
+        Some((one.law.as_ref()?, &self.of_speed.as_ref()?.series))
+    }
+
+    /// Goes on with another piece of a table.
+    pub(super) fn take_piece(&mut self, piece: usize) {
+        self.of_speed.iter_mut().for_each(|of_speed| of_speed.series.piece = piece);
     }
 
     /// t, c and t c of order k from w.
@@ -601,39 +772,117 @@ impl PlaneSeries {
         for of in turning.into_iter().chain([a, b, &mut self.pull, &mut self.limit]) {
             scale(of, powers);
         }
+        if let Some(of_speed) = &mut self.of_speed {
+            let OfSpeed { series, factors: [left, right], at_rest, turned } = &mut **of_speed;
+            series.shorten(powers);
+            [left, right, at_rest, turned].into_iter().for_each(|of| scale(of, powers));
+        }
         self.beyond *= powers[COEFFICIENTS];
     }
 
-    /// Bounds of the error of the friction force by truncation and by rounding, N, and of w beside it, with those of `mu N`.
-    pub(super) fn error(
-        &self,
-        one: &PlaneContact,
-        units: f64,
-        width: f64,
-        of_limit: [f64; 2],
-    ) -> [f64; 3] {
+    /// Bounds of the error of the friction force.
+    pub(super) fn error(&self, one: &PlaneContact, panel: &PanelSizes) -> PlaneBound {
+        let PanelSizes { units, width, of_limit, .. } = *panel;
         let limit = size(&self.limit);
         let largest = size(&self.along) + size(&self.across);
         let product = beyond(&self.limit, &self.along, COEFFICIENTS)
             + beyond(&self.limit, &self.across, COEFFICIENTS);
-        let [cut, round, apart] = self.error_of_direction(one, [limit, units], width);
+        let OfDirection { cut, round, force, defect, apart } =
+            self.error_of_direction(one, [limit, units], width);
         let of_force = UNIT * units * limit * largest;
-        [cut + product + of_limit[0] * largest, round + of_force + of_limit[1] * largest, apart]
+        let ends = matches!(self.course, Course::Ends(_));
+        let [of_cut, of_round, growth] = match (&self.of_speed, &one.law) {
+            (Some(of_speed), Some(law)) if !ends => {
+                self.error_of_law(one, (law, of_speed), [cut, round], panel)
+            }
+            _ => [of_limit[0], of_limit[1], one.limit_norm],
+        };
+        // What `mu N` of higher orders has in the last one, which is not integrated.
+        let changes = |of: &[f64; COEFFICIENTS]| {
+            (convolved(&self.limit, of, DEGREE) - self.limit[0] * of[DEGREE]).abs()
+        };
+        let last = if ends { 0.0 } else { changes(&self.along) + changes(&self.across) };
+        // What has no bound may be no number.
+        let bounded = |bound: f64| if bound.is_nan() { f64::INFINITY } else { bound };
+        PlaneBound {
+            cut: bounded(limit * cut + force + product + last + of_cut * largest),
+            round: bounded(limit * round + defect + of_force + of_round * largest),
+            apart,
+            growth: bounded(growth),
+        }
     }
 
-    /// The part of it by errors of the direction.
+    /// Errors of `mu N` by truncation and by rounding where mu depends on the slip speed, with those of the direction, and the change of
+    /// the friction force per norm of the state.
+    fn error_of_law(
+        &self,
+        one: &PlaneContact,
+        (law, of_speed): (&FrictionLaw, &OfSpeed),
+        [cut, round]: [f64; 2],
+        &PanelSizes { units, shortenings, of_limit, radius, .. }: &PanelSizes,
+    ) -> [f64; 3] {
+        let OfSpeed { series, at_rest, turned, .. } = of_speed;
+        let friction = law.value(0.0);
+        let [a, b] = self.slip.each_ref().map(size);
+        let [along, across] = [size(&self.along), size(&self.across)];
+        // Of r = w . e.
+        let mut off = [(a + b) * cut, (a + b) * round + UNIT * units * (a * along + b * across)];
+        match self.course {
+            Course::Follows => off[1] += apart(turned, &self.turned_from_before()),
+            _ => {
+                off[0] += beyond(&self.slip[0], &self.along, COEFFICIENTS)
+                    + beyond(&self.slip[1], &self.across, COEFFICIENTS);
+            }
+        }
+        let wide = radius * one.speed_norm + off[0] + off[1];
+        let bounds = series.bounds(law, wide, shortenings, &of_speed.sums());
+        let ratio = size(&of_speed.ratio(friction));
+        let pressed = size(at_rest) / friction;
+        let of = |of_law: f64, off: f64| (of_law + bounds.slope() * off) * pressed;
+        let product = beyond(&series.excess, at_rest, COEFFICIENTS) / friction;
+        let terms = UNIT * units * ratio * size(at_rest);
+        let largest = ratio + bounds.slope() * wide / friction;
+        // How fast friction falls with the slip speed, or is below what any rising one is.
+        let mut least = series.excess;
+        least[0] += friction;
+        let least = lowest(&least) - bounds.slope() * wide - bounds.truncation - bounds.rounding;
+        let slowest = lowest(&series.slip) - wide;
+        let below = match least < 0.0 {
+            true if slowest > 0.0 => -least / slowest,
+            true => f64::INFINITY,
+            false => 0.0,
+        };
+        let least_slope = match law {
+            // What is off may be on another piece.
+            FrictionLaw::Tabulated(_) => bounds.slopes.low,
+            _ => series.least_slope(law, wide),
+        };
+        let falls = (FALLS * -least_slope).max(below).max(0.0);
+        let growth = largest * one.limit_norm
+            + falls * (pressed + radius * one.limit_norm / friction) * one.speed_norm;
+        [
+            of_limit[0] * largest + product + of(bounds.truncation, off[0]),
+            of_limit[1] * largest + terms + of(bounds.rounding, off[1]),
+            growth,
+        ]
+    }
+
+    /// Errors of the direction, and of the force beside what follows from them.
     fn error_of_direction(
         &self,
         one: &PlaneContact,
         [limit, units]: [f64; 2],
         width: f64,
-    ) -> [f64; 3] {
+    ) -> OfDirection {
         let power = match self.course {
             Course::Slips => 0,
             Course::Begins(power) => power,
-            Course::Follows => return self.error_of_following(one, [limit, units], width),
+            Course::Follows => return self.error_of_following(one, units, width),
             // R is constant to rounding.
-            Course::Ends(force) => return [0.0, UNIT * units * force[0].hypot(force[1]), 0.0],
+            Course::Ends(force) => {
+                let defect = UNIT * units * force[0].hypot(force[1]);
+                return OfDirection { defect, ..OfDirection::default() };
+            }
         };
         let part = |of: &[f64; COEFFICIENTS]| {
             let mut part = [0.0; COEFFICIENTS];
@@ -643,7 +892,7 @@ impl PlaneSeries {
         let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
         let least = lowest(&a);
         if !(least > 0.0) {
-            return [f64::INFINITY; 3];
+            return OfDirection { cut: f64::INFINITY, ..OfDirection::default() };
         }
         let first = COEFFICIENTS - power;
         // Where w shrinks, its terms cancel.
@@ -656,25 +905,28 @@ impl PlaneSeries {
             + beyond(&self.along, &self.along, COEFFICIENTS) * squared
             + of_square * sized;
         let of_product = beyond(&self.ratio, &self.along, COEFFICIENTS);
-        let last = self.along[DEGREE].abs() + self.across[DEGREE].abs();
-        let cut = of_ratio + root + of_product + last;
         let terms = (size(&self.ratio) * size(&a) + size(&b)) / least
             + sized * squared
             + size(&self.ratio) * size(&self.along);
-        [limit * cut, limit * UNIT * units * terms, 0.0]
+        OfDirection {
+            cut: of_ratio + root + of_product,
+            round: UNIT * units * terms,
+            force: limit * self.last_of_direction(),
+            ..OfDirection::default()
+        }
+    }
+
+    /// The last order of the direction, which is not integrated.
+    fn last_of_direction(&self) -> f64 {
+        self.along[DEGREE].abs() + self.across[DEGREE].abs()
     }
 
     /// The same where the direction follows: `a (1, t)` obeys the equation but for the defect of the balance across e_0, and w of the
     /// series is near it.
-    fn error_of_following(
-        &self,
-        one: &PlaneContact,
-        [limit, units]: [f64; 2],
-        width: f64,
-    ) -> [f64; 3] {
+    fn error_of_following(&self, one: &PlaneContact, units: f64, width: f64) -> OfDirection {
         let [a, b] = &self.slip;
         if !(lowest(a) > 0.0 && self.along[0] > 0.5) {
-            return [f64::INFINITY; 3];
+            return OfDirection { cut: f64::INFINITY, ..OfDirection::default() };
         }
         let [_, of_across, _] = one.masses(self.direction);
         let (mut defect, mut apart) = (0.0, 0.0);
@@ -691,10 +943,15 @@ impl PlaneSeries {
         let circle = beyond(&self.along, &self.along, COEFFICIENTS)
             + beyond(&self.across, &self.across, COEFFICIENTS)
             + beyond(&self.ratio, &self.along, COEFFICIENTS);
-        let last = self.along[DEGREE].abs() + self.across[DEGREE].abs();
         let sizes = [&self.along, &self.across, &self.ratio].map(size);
         let terms = sizes[0] * (sizes[0] + sizes[2]) + sizes[1] * sizes[1];
-        [left_out + limit * (circle + last), defect + limit * UNIT * units * terms, apart]
+        OfDirection {
+            cut: circle + self.last_of_direction(),
+            round: UNIT * units * terms,
+            force: left_out,
+            defect,
+            apart,
+        }
     }
 
     /// The time until slip ends where that is so short that the forces on the contact are constant; the next panel then
@@ -782,18 +1039,22 @@ impl Planes<'_> {
 /// `dt = (db - t da) / (s^p a)`, `de = c^3 (-t, 1) dt`, and `dT = -mu dN e - mu N de`.
 #[derive(Debug)]
 pub(super) struct PlaneNeighbour {
-    /// `mu dN`
+    /// `d (mu N)`, `mu(0) dN`, and the change of r, or what is known of that besides dw along e_0 where the direction follows.
     limit: [Side; COEFFICIENTS],
+    at_rest: [Side; COEFFICIENTS],
+    speed: [Side; COEFFICIENTS],
     slip: [[Side; COEFFICIENTS]; 2],
     ratio: [Side; COEFFICIENTS],
     /// The change of the force that accelerates slip across e_0, where the direction follows from the balance.
     pull: [Side; COEFFICIENTS],
 }
 
-/// What all neighbours of a panel need of its series: `mu N c^3` and `mu N t c^3`.
+/// What all neighbours of a panel need of its series: `mu N c^3` and `mu N t c^3`, and where mu depends on the slip speed
+/// `mu / mu(0)` and `mu' N`.
 pub(super) struct PlaneSlopes {
     cube: [f64; COEFFICIENTS],
     turned: [f64; COEFFICIENTS],
+    by_speed: Option<[[f64; COEFFICIENTS]; 2]>,
 }
 
 impl PlaneSeries {
@@ -819,10 +1080,16 @@ impl PlaneSeries {
         (self.left - time).abs() <= tolerance
     }
 
-    pub(super) fn slopes(&self) -> PlaneSlopes {
+    pub(super) fn slopes(&self, one: &PlaneContact) -> PlaneSlopes {
         let square = product(&self.along, &self.along);
         let cube = product(&product(&square, &self.along), &self.limit);
-        PlaneSlopes { turned: product(&self.ratio, &cube), cube }
+        let of_law = |(law, of_speed): (&FrictionLaw, &OfSpeed)| {
+            let friction = law.value(0.0);
+            let slopes = of_speed.series.slopes(law).map(|slope| slope / friction);
+            [of_speed.ratio(friction), product(&slopes, &of_speed.at_rest)]
+        };
+        let by_speed = one.law.as_ref().zip(self.of_speed.as_deref()).map(of_law);
+        PlaneSlopes { turned: product(&self.ratio, &cube), cube, by_speed }
     }
 
     /// The direction along which columns in the frame of e_0 are turned back.
@@ -855,18 +1122,38 @@ impl PlaneSeries {
         (k, width): (usize, f64),
         (limit, slip, reaction): (Side, [Side; 2], [Side; 2]),
     ) -> [Side; 2] {
-        let PlaneNeighbour { limit: pressed, slip: own, ratio, pull } = neighbour;
+        let PlaneNeighbour { limit: pressed, at_rest, speed, slip: own, ratio, pull } = neighbour;
         let [a, _] = &self.slip;
+        let follows = self.course == Course::Follows;
+        [own[0][k], own[1][k]] = turned(simd, self.direction, slip.each_ref());
         pressed[k] = limit;
+        if let Some([of_law, slope]) = &slopes.by_speed {
+            at_rest[k] = limit;
+            let of_normal = convolved_with(simd, of_law, &at_rest[..=k], k);
+            let faster: [Side; COEFFICIENTS];
+            let all = match follows {
+                true => {
+                    faster = std::array::from_fn(|j| match j <= k {
+                        true => own[0][j].add_scaled(simd, 1.0, &speed[j]),
+                        false => Side::ZERO,
+                    });
+                    &faster
+                }
+                false => {
+                    speed[k] = self.faster(simd, [&own[0], &own[1]], k);
+                    &*speed
+                }
+            };
+            let of_speed = convolved_with(simd, slope, &all[..=k], k);
+            pressed[k] = of_normal.add_scaled(simd, 1.0, &of_speed);
+        }
         let pressed_along = convolved_with(simd, &self.along, &pressed[..=k], k);
         let pressed_across = convolved_with(simd, &self.across, &pressed[..=k], k);
-        [own[0][k], own[1][k]] = turned(simd, self.direction, slip.each_ref());
         let power = match self.course {
             Course::Ends(_) => return [Side::ZERO; 2],
             Course::Slips | Course::Follows => 0,
             Course::Begins(power) => power,
         };
-        let follows = self.course == Course::Follows;
         let along_known = convolved_with(simd, &slopes.turned, &ratio[..k], k);
         let across_known = convolved_with(simd, &slopes.cube, &ratio[..k], k);
         let [of_along, of_across, of_both] = one.masses(self.direction);
@@ -928,6 +1215,13 @@ impl PlaneSeries {
         turned(simd, self.back(), [&along, &across])
     }
 
+    /// `dr = dw . e` of order k.
+    #[inline(always)]
+    fn faster<S: Lanes>(&self, simd: S, [along, across]: [&[Side]; 2], k: usize) -> Side {
+        let of_across = convolved_with(simd, &self.across, &across[..=k], k);
+        convolved_with(simd, &self.along, &along[..=k], k).add_scaled(simd, 1.0, &of_across)
+    }
+
     /// dw, times a width, where that across e_0 has relaxed: what it was leaves nothing.
     #[inline(always)]
     pub(super) fn relaxed<S: Lanes>(
@@ -953,15 +1247,29 @@ impl PlaneSeries {
         &self,
         simd: S,
         one: &PlaneContact,
+        slopes: &PlaneSlopes,
         neighbour: &mut PlaneNeighbour,
         width: f64,
     ) -> f64 {
         if !self.follows() {
             return 0.0;
         }
-        let PlaneNeighbour { slip, ratio, pull, .. } = neighbour;
+        let PlaneNeighbour { slip, ratio, pull, speed, .. } = neighbour;
         let [_, of_across, of_both] = one.masses(self.direction);
         let mut sizes = [(0.0, 0.0); COLUMNS];
+        if let Some([_, slope]) = &slopes.by_speed {
+            let across: [Side; COEFFICIENTS] =
+                std::array::from_fn(|k| self.known_across(simd, &slip[0][..=k], &ratio[..=k], k));
+            for k in 0..COEFFICIENTS {
+                let faster = self.faster(simd, [&slip[0], &across], k);
+                let turned = faster.add_scaled(simd, -1.0, &slip[0][k]);
+                let columns = turned.columns().iter().zip(speed[k].columns());
+                for ((change, _), (now, before)) in sizes.iter_mut().zip(columns) {
+                    *change += (slope[0] * (now - before)).abs();
+                }
+                speed[k] = turned;
+            }
+        }
         for k in 0..DEGREE {
             let rate = (k + 1) as f64 / width;
             let by = [of_across * self.ratio[0] + of_both, of_across * self.slip[0][0]];
@@ -982,6 +1290,7 @@ impl PlaneSeries {
 impl Default for PlaneNeighbour {
     fn default() -> Self {
         let none = [Side::ZERO; COEFFICIENTS];
-        Self { limit: none, slip: [none; 2], ratio: none, pull: none }
+        let slip = [none; 2];
+        Self { limit: none, at_rest: none, speed: none, slip, ratio: none, pull: none }
     }
 }

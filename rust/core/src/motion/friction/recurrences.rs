@@ -3,16 +3,18 @@
 use crate::motion::friction::balances::followed;
 use crate::motion::friction::motion::{Coupling, LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::{PlaneSeries, Planes};
+use crate::motion::friction::plane::Planes;
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::followed_state::Balance;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
+use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::motion::taylor::rows::Forces;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// How far an order of a slip speed may go, relative to what its law allows: the 29th power of it is within the range of numbers.
@@ -286,20 +288,27 @@ impl LawMotion {
     pub(super) fn recur_in_range(&mut self, scene: &Scene, operator: &LawOperator) {
         for _ in 0..TRIALS {
             self.recur(scene, operator);
-            let laws = operator.contacts.iter().zip(&self.contacts);
-            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, state, .. })| {
-                let reach = series.reach(&one.law);
-                let of_slip = match series.range() <= WIDE * reach {
+            let of_slip = |law: &FrictionLaw, series: &LawSeries| {
+                let reach = series.reach(law);
+                match series.range() <= WIDE * reach {
                     true => 1.0,
                     false => within(&series.slip, reach),
-                };
+                }
+            };
+            let laws = operator.contacts.iter().zip(&self.contacts);
+            let part = laws.fold(1.0, |part: f64, (one, Sliding { series, state, .. })| {
+                let of_slip = of_slip(&one.law, series);
                 let of_state = match one.state {
                     Some(_) => within(state, series.reach_of_state()),
                     None => 1.0,
                 };
                 part.min(of_slip).min(of_state)
             });
-            let part = self.planes.iter().map(PlaneSeries::part).fold(part, f64::min);
+            let planes = operator.planes.iter().zip(&self.planes);
+            let part = planes.fold(part, |part, (one, series)| {
+                let of_speed = series.law_of_speed(one).map_or(1.0, |(law, own)| of_slip(law, own));
+                part.min(series.part()).min(of_speed)
+            });
             if !(part > 0.0 && part < 1.0) {
                 break;
             }

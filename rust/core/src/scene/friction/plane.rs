@@ -11,7 +11,7 @@
 //! ```
 //!
 //! In steady sliding, `w = -v`, small motions feel friction along -v that follows the normal force, and a damper across the slip,
-//! `mu N / |v| (I - e e')` with `e = w / |w|`: constant friction has none along it.
+//! `mu N / |v| (I - e e')` with `e = w / |w|`. Along it friction over slip speed has `mu' N e e'`, and constant friction none.
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
@@ -161,14 +161,20 @@ impl Scene {
                 about.steady(combination)?.margins
             }
         };
-        let damper = |&[along, across]: &[usize; 2]| {
-            let [of_along, of_across] = [along, across].map(|contact| &self.contacts[contact]);
-            let [x, y] = self.slip_direction([along, across], &still);
-            let speed = of_along.slider_speed.hypot(of_across.slider_speed);
-            let direction = vec![(of_along.tangential, -y), (of_across.tangential, x)];
-            (of_along.friction * pressed[along] / speed, direction)
+        let dampers = |&[first, second]: &[usize; 2]| {
+            let rows = [first, second].map(|contact| self.contacts[contact].tangential);
+            let [x, y] = self.slip_direction([first, second], &still);
+            let speed = self.contacts[first].slip_speed(&still);
+            let along = vec![(rows[0], x), (rows[1], y)];
+            let across = vec![(rows[0], -y), (rows[1], x)];
+            let [of_along, of_across] = [
+                self.friction_slope(first, &still) * pressed[first],
+                self.friction_at(first, &still) * pressed[first] / speed,
+            ];
+            [(of_across, across), (of_along, along)]
         };
-        let dampers: Vec<_> = slipping.iter().map(damper).collect();
+        let mut dampers: Vec<_> = slipping.iter().flat_map(dampers).collect();
+        dampers.retain(|damper| damper.0 != 0.0);
         if dampers.iter().any(|damper| damper.0.is_nan()) {
             let combination = combination.to_string();
             return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });

@@ -28,6 +28,10 @@ impl Scene {
         }
         for (contact, given) in laws.iter_mut().enumerate() {
             if self.state_of(contact).is_some() {
+                if given.is_some() && self.contacts[contact].is_elastic() {
+                    let reason = "a tangential_stiffness and friction that depends on slip speed; state a number";
+                    return Err(Error::Plane { contact, reason });
+                }
                 if given.is_some() {
                     let reason = "a law of friction over slip speed; state one of the two";
                     return Err(Error::StateBeside { contact, reason });
@@ -38,8 +42,18 @@ impl Scene {
             let Some(law) = given else { continue };
             law.validate(contact)?;
             if self.contacts[contact].plane.is_some() {
-                let reason = "friction that depends on slip speed; state a number";
-                return Err(Error::Plane { contact, reason });
+                let at_rest = law.value(0.0);
+                if !(at_rest > 0.0) {
+                    return Err(Error::Range {
+                        argument: format!("contact {contact}: friction"),
+                        requirement: "> 0 at rest, in a plane",
+                        value: at_rest,
+                    });
+                }
+                if law.linear() == Some(0.0) {
+                    *given = None;
+                }
+                continue;
             }
             if self.contacts[contact].tangential_has_mass() {
                 continue;
@@ -55,6 +69,10 @@ impl Scene {
                     value: law.value(0.0),
                 });
             }
+        }
+        if let Some([contact, _]) = self.planes().find(|&[one, other]| laws[one] != laws[other]) {
+            let reason = "another law of friction along its other direction";
+            return Err(Error::Plane { contact, reason });
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
         Ok(self)
@@ -76,9 +94,12 @@ impl Scene {
         combination: &'a Combination,
     ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
         let statuses = combination.statuses().iter().enumerate();
-        // In a plane a law is that of a spring.
-        let slides = |status: &Status| status.is_sliding() || matches!(status, Status::Slipping);
-        let sliding = statuses.filter(move |(_, status)| slides(status));
+        // In a plane the friction of a spring is a sum of products of series; that of a mass has a direction.
+        let slides = |contact: usize, status: &Status| {
+            status.is_sliding()
+                || matches!(status, Status::Slipping) && self.contacts[contact].is_elastic()
+        };
+        let sliding = statuses.filter(move |&(contact, status)| slides(contact, status));
         sliding.filter_map(|(contact, _)| Some((contact, self.friction_law(contact)?)))
     }
 
@@ -132,7 +153,7 @@ impl Scene {
             return 0.0;
         }
         let own = &self.contacts[contact];
-        let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
+        let of_law = |law: &FrictionLaw| law.value(own.slip_speed(u));
         self.friction_law(contact).map_or(own.friction, of_law)
     }
 
@@ -141,8 +162,7 @@ impl Scene {
         if self.state_of(contact).is_some() {
             return 0.0;
         }
-        let own = &self.contacts[contact];
-        let speed = (u[own.tangential] - own.slider_speed).abs();
+        let speed = self.contacts[contact].slip_speed(u);
         self.friction_law(contact).map_or(0.0, |law| law.slope(speed))
     }
 

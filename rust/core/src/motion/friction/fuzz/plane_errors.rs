@@ -8,12 +8,14 @@ use proptest::prelude::*;
 use crate::linalg::dense::{max_distance, max_norm};
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::friction::fuzz::true_errors::{extend, law};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::plane::PlaneSeries;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{ContactInput, Direction};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -47,8 +49,11 @@ fn inverse_root(x: Doubled) -> Doubled {
     y
 }
 
+/// Bodies and, of each, a law of friction over slip speed; constant friction where it has none.
+type Bodies<'a> = (&'a SceneInput, &'a [Option<FrictionLaw>]);
+
 /// The rates of positions and velocities, `M x'' = F - K x - C x' - mu N w / |w|`, where N is given or holds a dof.
-fn rates(input: &SceneInput, state: &Values) -> Values {
+fn rates((input, laws): Bodies<'_>, state: &Values) -> Values {
     let size = input.force.len();
     let [mass, damping, stiffness, ..] = input.matrices();
     let (x, v) = state.split_at(size);
@@ -58,7 +63,7 @@ fn rates(input: &SceneInput, state: &Values) -> Values {
         springs.chain(dampers).fold(Doubled::from(input.force[i]), Doubled::add)
     };
     let mut force: Values = (0..size).map(row).collect();
-    for pair in input.contacts.chunks(2) {
+    for (pair, law) in input.contacts.chunks(2).zip(laws) {
         let along = [0, 1].map(|k| {
             let Some(Direction::Dof(dof)) = pair[k].tangential else { panic!("along a dof") };
             (dof, v[dof].add((-pair[k].slider_speed).into()))
@@ -68,7 +73,13 @@ fn rates(input: &SceneInput, state: &Values) -> Values {
             Some(Direction::Dof(dof)) => std::mem::take(&mut force[dof]).times(-1.0),
             _ => pair[0].normal_force.into(),
         };
-        let factor = inverse_root(square).times(-pair[0].friction).by(pressed);
+        let inverse = inverse_root(square);
+        let friction = law.as_ref().map_or(pair[0].friction.into(), |law| {
+            let (mut mu, speed) = (Vec::new(), square.by(inverse));
+            extend(law, law.piece(speed.value()), &[speed], &mut Vec::new(), &mut mu);
+            mu[0]
+        });
+        let factor = inverse.by(friction).times(-1.0).by(pressed);
         along.iter().for_each(|&(dof, w)| force[dof] = force[dof].add(w.by(factor)));
     }
     let accelerations = force.iter().enumerate().map(|(i, f)| f.over(mass.get(i, i).into()));
@@ -80,7 +91,7 @@ fn plus(a: &Values, b: &Values, factor: f64) -> Values {
 }
 
 /// The state a time `width` later.
-fn moved(input: &SceneInput, state: &Values, width: f64, parts: usize) -> Values {
+fn moved(input: Bodies<'_>, state: &Values, width: f64, parts: usize) -> Values {
     let step = width / parts as f64;
     (0..parts).fold(state.clone(), |state, _| {
         let mut table: Vec<Values> = Vec::new();
@@ -114,7 +125,7 @@ fn moved(input: &SceneInput, state: &Values, width: f64, parts: usize) -> Values
 }
 
 /// The same between two times; slip that has begun at time 0 by parts in proportion to the time since.
-fn moved_from(input: &SceneInput, state: &Values, [from, to]: [f64; 2], parts: usize) -> Values {
+fn moved_from(input: Bodies<'_>, state: &Values, [from, to]: [f64; 2], parts: usize) -> Values {
     if from == 0.0 {
         return moved(input, state, to, parts);
     }
@@ -167,17 +178,25 @@ static MET: AtomicUsize = AtomicUsize::new(0);
 static BEGINNING: AtomicUsize = AtomicUsize::new(0);
 static SLOW: AtomicUsize = AtomicUsize::new(0);
 static FOLLOWING: AtomicUsize = AtomicUsize::new(0);
+static BY_LAW: AtomicUsize = AtomicUsize::new(0);
+
+/// Whether friction in a plane may follow a law.
+fn is_of_planes(law: &FrictionLaw) -> bool {
+    law.value(0.0) > 0.0
+}
 
 /// `make fuzz-panels N=4000` draws more than 10 000 of them.
 #[test]
 fn bounds_in_planes_are_never_below_true_errors() {
     panels_in_planes();
-    let [panels, beginning, slow, following] =
-        [&MET, &BEGINNING, &SLOW, &FOLLOWING].map(|count| count.load(Ordering::Relaxed));
+    let [panels, beginning, slow, following, by_law] =
+        [&MET, &BEGINNING, &SLOW, &FOLLOWING, &BY_LAW].map(|count| count.load(Ordering::Relaxed));
     println!(
-        "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow"
+        "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow, {by_law} motions by laws"
     );
-    assert!(panels > 10 * beginning.min(slow) && beginning.min(slow).min(following) > 0);
+    assert!(
+        panels > 10 * beginning.min(slow) && beginning.min(slow).min(following).min(by_law) > 0
+    );
 }
 
 proptest! {
@@ -189,8 +208,17 @@ proptest! {
         power in -9.0..0.0f64,
         begins in 0..6usize,
         places in proptest::collection::vec(0.1..1.0f64, 2),
+        laws in proptest::collection::vec(proptest::option::of(law()), 3),
     ) {
         let mut input = input(bodies, &numbers, kind);
+        let laws: Vec<Option<FrictionLaw>> =
+            laws.into_iter().take(bodies).map(|law| law.filter(is_of_planes)).collect();
+        for (i, contact) in input.contacts.iter_mut().enumerate() {
+            let Some(law) = &laws[i / 2] else { continue };
+            contact.friction = law.value(0.0);
+            contact.static_friction = contact.static_friction.max(contact.friction);
+        }
+        BY_LAW.fetch_add(usize::from(laws.iter().any(Option::is_some)), Ordering::Relaxed);
         let (size, plane) = (input.force.len(), input.contacts.len());
         let (mut x, mut v) = (vec![0.0; size], vec![0.0; size]);
         for i in 0..plane {
@@ -215,7 +243,7 @@ proptest! {
             ];
             // Slip begins where the forces grow faster than the limit, which a normal force may raise.
             let state: Values = x.iter().chain(&v).map(|&of| Doubled::from(of)).collect();
-            let rates = rates(&input, &state);
+            let rates = rates((&input, &laws), &state);
             let own = |i: usize| if (2..plane).contains(&i) { rates[size + i].value() } else { 0.0 };
             let accelerations: Vec<f64> = (0..size).map(own).collect();
             let rate = |row: usize| {
@@ -234,7 +262,9 @@ proptest! {
                     + size * turned[i] / length;
             }
         }
+        let of_contacts = laws.iter().flat_map(|law| [law.clone(), law.clone()]).collect();
         let scene = Scene::new(input.clone()).expect("well-posed");
+        let scene = scene.with_friction_laws(of_contacts).expect("laws of planes");
         let combination = Combination::parse(&"o".repeat(plane), plane).expect("letters");
         let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
         let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
@@ -246,7 +276,7 @@ proptest! {
         let speed = |u: &[f64]| operator.planes.iter().map(|one| one.speed(u)).fold(1.0, f64::min);
         let mut slowest = 1.0f64;
         'panels: for place in 0..PANELS {
-            if motion.stopped(operator).is_some() {
+            if motion.stopped(operator).is_some() || motion.exhausted().is_some() {
                 break;
             }
             motion.expand(operator, functions, &mut panel);
@@ -278,7 +308,7 @@ proptest! {
                 // No mass is below 1 kg.
                 let bound = motion.left_out + ROUNDING * f64::EPSILON * largest;
                 let error = |parts: usize| {
-                    let known = moved_from(&input, &begun, span, parts);
+                    let known = moved_from((&input, &laws), &begun, span, parts);
                     let errors = known.iter().zip(&found).map(|(a, &b)| a.add((-b).into()));
                     errors.map(|error| error.value().abs()).fold(0.0, f64::max)
                 };

@@ -383,7 +383,7 @@ proptest! {
             motion.expand(operator, functions, &mut panel);
             MET.fetch_add(1, Ordering::Relaxed);
             FOLLOWED.fetch_add(usize::from(motion.has_followed_state()), Ordering::Relaxed);
-            let defined = || !matches!(motion.exhausted(operator), Some((LawOf::Element(_), _)));
+            let defined = || !matches!(motion.exhausted(), Some((LawOf::Element(_), _)));
             prop_assert!(panel.is_bounded() || !defined());
             if !panel.is_bounded() {
                 break;

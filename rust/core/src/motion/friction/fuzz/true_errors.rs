@@ -335,7 +335,7 @@ fn formula() -> impl Strategy<Value = FrictionLaw> {
     })
 }
 
-fn law() -> impl Strategy<Value = FrictionLaw> {
+pub(super) fn law() -> impl Strategy<Value = FrictionLaw> {
     // Without a jump: there a slip speed could stay at the border of two pieces.
     let table = |[a, b, c]: [f64; 3]| {
         let end = |[a, b, c, d]: [f64; 4], x: f64| a + x * (b + x * (c + x * d));

@@ -151,7 +151,7 @@ impl LawSeries {
     }
 
     /// The law along a slip speed that is a polynomial, and the left factors of all orders.
-    pub(super) fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
+    pub(crate) fn along(law: &FrictionLaw, slip: &[f64]) -> (Self, [f64; COEFFICIENTS]) {
         let (mut series, [mut lefts, mut rights]) = (Self::default(), [[0.0; COEFFICIENTS]; 2]);
         series.piece = law.piece(slip[0]);
         for (k, s) in slip.iter().enumerate() {
