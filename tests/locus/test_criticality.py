@@ -25,6 +25,21 @@ def pressed(law, speed=0.2, **given):
     )
 
 
+def in_plane(law, stiffness=None, damping=0.02, **pressed):
+    """Return a mass on a belt that moves it in the plane of x and y, obliquely."""
+    if stiffness is None:
+        stiffness = [[100.0, -30.0, 20.0], [-30.0, 200.0, -15.0], [20.0, -15.0, 400.0]]
+    belt = ss.Contact(tangential=("x", "y"), friction=law, slider_speed=(0.3, 0.3), **pressed)
+    return ss.Scene(
+        [1.0, 1.0, 0.5],
+        stiffness,
+        damping=damping * np.array(stiffness),
+        force=[0.0, 0.0, -20.0],
+        dofs=["x", "y", "z"],
+        contacts=[belt],
+    )
+
+
 def hopf_point(scene, low, high):
     points = ss.critical_points(scene, {"slider_speed": (low, high)}, kinds=("hopf",))
     return next(point for point in reversed(points) if point.steady_sliding)
@@ -67,6 +82,18 @@ SCENES = {
         ss.friction.StateLaw("(0.8 - 0.4 * exp(-z)) * tanh(s / 0.05)", "1 - abs(s) * z / 0.2"),
         1.0,
         damping=0.05,
+    ),
+    "plane": in_plane(BELT, normal_force=20.0),
+    "plane that presses": in_plane(ss.friction.Rational(0.9, 0.3, 0.1), normal="z"),
+    "plane by a table": in_plane(
+        ss.friction.Tabulated([0.0, 0.2, 0.5, 1.0, 2.0], [0.9, 0.6, 0.45, 0.4, 0.38]), normal="z"
+    ),
+    # What turns with the slip makes constant friction nonlinear.
+    "plane with constant friction": in_plane(
+        0.6,
+        stiffness=[[100.0, 0.0, 60.0], [0.0, 90.0, -50.0], [60.0, -50.0, 110.0]],
+        damping=0.004,
+        normal="z",
     ),
     "rate and state": oscillator(ss.friction.RateState(0.3, 0.05, 0.08, 0.5, 1.0), 1.0, damping=0.01),
 }

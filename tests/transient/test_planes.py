@@ -317,6 +317,39 @@ def test_the_multipliers_of_a_circle_under_a_rotating_load_are_those_of_its_clos
     )
 
 
+def test_a_motion_that_slips_all_the_time_settles_to_a_cycle_without_events():
+    """Beyond a supercritical Hopf point under constant friction, whose direction turns with the slip."""
+    stiffness = [[100.0, 0.0, 60.0], [0.0, 90.0, -50.0], [60.0, -50.0, 110.0]]
+    belt = ss.Contact(tangential=("x", "y"), normal="z", friction=0.6, slider_speed=(1.6, 1.6))
+    scene = ss.Scene(
+        [1.0, 1.0, 0.5],
+        stiffness,
+        damping=0.004 * np.array(stiffness),
+        force=[0.0, 0.0, -20.0],
+        dofs=("x", "y", "z"),
+        contacts=[belt],
+    )
+    rest = ss.steady_sliding(scene)
+    assert ss.complex_modes(scene).eigenvalues.real.max() > 0.0
+    start = rest.perturbed(velocity={"x": 0.3, "y": -0.2})
+    run = ss.simulate(scene, 400.0, start)
+    assert len(run.events) == 0
+    cycle = run.limit_cycle(further=2000.0)
+    assert cycle.combinations == ("oo",)
+    assert cycle.stable
+    first = cycle.run.state(0.0)
+
+    def after(moved):
+        state = ss.State(np.append(moved[:2], 0.0), np.append(moved[2:], 0.0), "oo")
+        return end(ss.simulate(scene, cycle.period, state))[[0, 1, 3, 4]]
+
+    place = np.concatenate([first.position[:2], first.velocity[:2]])
+    np.testing.assert_allclose(after(place), place, atol=1e-11)
+    columns = [(after(place + 1e-6 * unit) - after(place - 1e-6 * unit)) / 2e-6 for unit in np.eye(4)]
+    known = sorted(np.abs(np.linalg.eigvals(np.transpose(columns))))
+    np.testing.assert_allclose(sorted(np.abs(cycle.multipliers))[-4:], known, atol=1e-7)
+
+
 def test_the_multipliers_of_stick_and_slip_are_the_rates_at_which_its_periods_settle():
     scene = ss.Scene(
         [1.0, 1.0],

@@ -29,6 +29,13 @@ T_i + N_0 (f_s w_i + f_z z_i) + f n_i = -(N_0 + n) (f_ss w^2 / 2 + f_sz w z + f_
 (d - g_z) z_i - g_s w_i       = g_ss w^2 / 2 + g_sz w z + g_zz z^2 / 2 + ...
 ```
 
+Friction in a plane is ``T = -(N_0 + n) h(w_0 + w)`` with ``h(w) = mu(|w|) w / |w|``, and both directions have
+one n. Also with a constant coefficient it is not linear, as its direction turns:
+
+```text
+T + N_0 Dh w + h n = -N_0 (D2h(w, w) / 2 + D3h(w, w, w) / 6) - n (Dh w + D2h(w, w) / 2)
+```
+
 At a Hopf point the matrix A(d) of the left sides has null vectors, ``A(i w) p = 0`` and ``q* A(i w) = 0``,
 scaled to ``q* A'(i w) p = 1``. The amplitude z of p obeys ``z' = i w z + g z |z|^2 / 2`` to third order, with
 the bilinear form B and the trilinear form C of b:
@@ -74,11 +81,11 @@ def criticality(scene: Scene, combination: str, eigenvalue: complex) -> tuple[Cr
 
     None where a contact sticks, so that steady sliding is no rest, where the stiffness of the combination is
     singular, where friction is not smooth at steady sliding, as that of elasto-plastic bristles, or where it
-    acts in a plane.
+    acts in a plane on a spring.
     """
-    if scene.core.has_planes:
+    if any(one.beside is not None and one.tangential_stiffness is not None for one in scene.contacts):
         return None
-    if not (scene.core.has_friction_laws or scene.core.has_elements):
+    if not (scene.core.has_friction_laws or scene.core.has_elements or "o" in combination):
         return "linear until a status changes", 0.0
     states = [k for k, one in enumerate(scene.contacts) if isinstance(one.friction, LawWithState)]
     if "s" in combination or any(scene.core.state_derivatives(k) is None for k in states):
@@ -100,9 +107,44 @@ class _Sliding:
     @cached_property
     def signs(self) -> Real:
         """Sigma by contact, zero where none slides."""
-        sign = {"+": 1.0, "-": -1.0, "d": 0.0}
+        sign = {"+": 1.0, "-": -1.0, "d": 0.0, "o": 0.0}
         pairs = zip(self.combination, self.scene.contacts, strict=True)
         return np.array([sign[one] * (contact.tangential is not None) for one, contact in pairs])
+
+    @cached_property
+    def slides(self) -> Any:
+        """Whether a contact slides along a line or slips in a plane, by contact."""
+        return (self.signs != 0.0) | np.array([letter == "o" for letter in self.combination], dtype=bool)
+
+    @cached_property
+    def planes(self) -> list[tuple[list[int], Real, Real, Real, Real]]:
+        """The contacts of both directions of planes that slip, and h, Dh, D2h and D3h of each."""
+        contacts = self.scene.contacts
+        found = []
+        for k, one in enumerate(contacts):
+            if self.combination[k] == "o" and one.beside is not None and k < one.beside:
+                pair = [k, one.beside]
+                slip = -np.array([contacts[i].slider_speed for i in pair])
+                found.append((pair, *_turning(slip, self.friction[:, k])))
+        return found
+
+    def resistance(self, normal_force: Real) -> Any:
+        """Return how friction grows against slip, (c, c), N s/m: of lines on the diagonal."""
+        matrix = scipy.sparse.lil_array(np.diag(np.abs(self.signs) * self.friction[1] * normal_force))
+        for pair, _, first, _, _ in self.planes:
+            matrix[np.ix_(pair, pair)] = normal_force[pair[0]] * first
+        return matrix.tocsr()
+
+    @cached_property
+    def follows(self) -> Any:
+        """Friction forces per normal force, and normal forces that are those of another contact, (c, c)."""
+        pressed, shared = np.diag(self.signs * self.friction[0]), np.zeros((self.signs.size,) * 2)
+        for pair, steady, *_ in self.planes:
+            pressed[pair, pair] = -steady
+            for own, other in (pair, pair[::-1]):
+                # One of both has the normal direction, or none where the normal force is given.
+                shared[other, own] = self.closed[own]
+        return scipy.sparse.csr_array(pressed), scipy.sparse.csr_array(shared)
 
     @cached_property
     def friction(self) -> Real:
@@ -192,7 +234,8 @@ class _Sliding:
         mass, damping, stiffness, along, across = self.matrices
         node, spring = self.compliance
         one = np.ones_like(self.signs)
-        slope = np.abs(self.signs) * self.friction[1] * normal_force * rate
+        slope = rate * self.resistance(normal_force)
+        pressed, shared = self.follows
         (_, _, by_state, *_), (_, bends, recovers, *_) = self.states
         own = np.where(self.has_state, rate - recovers, one)
         pressing = np.where(self.closed > 0.0, spring, one)
@@ -200,12 +243,12 @@ class _Sliding:
             [
                 [rate * (rate * mass + damping) + stiffness, -along.T, -across.T, None],
                 [
-                    _diagonal(slope) @ along,
-                    _diagonal(one + slope * node),
-                    -_diagonal(self.signs * self.friction[0]),
+                    slope @ along,
+                    _diagonal(one) + slope @ _diagonal(node),
+                    -pressed,
                     _diagonal(normal_force * by_state),
                 ],
-                [_diagonal(self.closed) @ across, None, _diagonal(pressing), None],
+                [_diagonal(self.closed) @ across, None, _diagonal(pressing) - shared, None],
                 [_diagonal(-rate * bends) @ along, None, None, _diagonal(own)],
             ]
         )
@@ -213,14 +256,14 @@ class _Sliding:
     def derivative(self, rate: complex) -> Any:
         """Return A'(rate)."""
         mass, damping, _, along, _ = self.matrices
-        slope = np.abs(self.signs) * self.friction[1] * self.normal_force
-        zero = _diagonal(0.0 * slope)
+        slope = self.resistance(self.normal_force)
+        zero = _diagonal(0.0 * self.signs)
         node, _ = self.compliance
         bends = self.states[1, 1]
         return _block(
             [
                 [2.0 * rate * mass + damping, None, None, None],
-                [_diagonal(slope) @ along, _diagonal(slope * node), None, None],
+                [slope @ along, slope @ _diagonal(node), None, None],
                 [None, None, zero, None],
                 [_diagonal(-bends) @ along, None, None, _diagonal(self.has_state.astype(float))],
             ]
@@ -246,7 +289,7 @@ class _Sliding:
         arguments = np.where(dampers, rate, 1.0) * (directions @ vector[:size])
         normal, state = vector[size + count : size + 2 * count], vector[size + 2 * count :]
         penetration = -(self.matrices[4] @ vector[:size])
-        return rate * slip * np.abs(self.signs), normal, arguments, state, penetration
+        return rate * slip * self.slides, normal, arguments, state, penetration
 
     def bilinear(self, first: _Phasors, second: _Phasors) -> Complex:
         """Return B by row of A."""
@@ -259,7 +302,11 @@ class _Sliding:
         of_states = ss * w * v + sz * (w * y + z * v) + zz * z * y
         of_springs = self.pressed[3] * first[4] * second[4] * self.compliance[1]
         pressing = by_state[0] * (z * second[1] + y * first[1])
-        of_contacts = square - slope * mixed - pressing
+        of_contacts = square - slope * mixed * np.abs(self.signs) - pressing
+        for pair, _, by_slip, twice, _ in self.planes:
+            (w, n), (v, m) = ((of[0][pair], of[1][pair[0]]) for of in (first, second))
+            of_contacts[pair] = -self.normal_force[pair[0]] * np.einsum("iab,a,b", twice, w, v)
+            of_contacts[pair] -= n * (by_slip @ v) + m * (by_slip @ w)
         return self.rows(-bent * first[2] * second[2], of_contacts, of_springs, of_states)
 
     def rows(
@@ -286,7 +333,12 @@ class _Sliding:
         crossed = normal.conj() * slip * state + normal * (slip.conj() * state + slip * state.conj())
         squares = 2.0 * np.abs(state) ** 2 * normal + state**2 * normal.conj()
         pressing = ss[0] * mixed + 2.0 * sz[0] * crossed + zz[0] * squares
-        of_contacts = self.signs * curvature * mixed - cubic - pressing
+        of_contacts = self.signs * curvature * mixed - cubic * np.abs(self.signs) - pressing
+        for pair, _, _, twice, thrice in self.planes:
+            w, n = slip[pair], normal[pair[0]]
+            of_contacts[pair] = -self.normal_force[pair[0]] * np.einsum("iabc,a,b,c", thrice, w, w, w.conj())
+            of_contacts[pair] -= 2.0 * n * np.einsum("iab,a,b", twice, w, w.conj())
+            of_contacts[pair] -= n.conj() * np.einsum("iab,a,b", twice, w, w)
         return self.rows(of_elements, of_contacts, of_springs, of_states)
 
     def answer(self, forces: Complex, rate: complex) -> _Phasors:
@@ -305,11 +357,43 @@ class _Sliding:
         growth = float((left.conj() @ forces).real)
         # At this amplitude a contact sticks.
         speeds = np.array([abs(contact.slider_speed) for contact in self.scene.contacts])
-        moving = np.abs(mode[0]) > 0.0
-        amplitude = float((speeds[moving] / np.abs(mode[0][moving])).min(initial=1e150))
+        slips = np.abs(mode[0])
+        for pair, *_ in self.planes:
+            speeds[pair], slips[pair] = np.linalg.norm(speeds[pair]), np.linalg.norm(slips[pair])
+        moving = slips > 0.0
+        amplitude = float((speeds[moving] / slips[moving]).min(initial=1e150))
         if abs(growth) * amplitude**2 <= _LINEAR * abs(rate):
             return "linear until a status changes", 0.0
         return "subcritical" if growth > 0.0 else "supercritical", growth / (2.0 * abs(rate))
+
+
+def _turning(slip: Real, friction: Real) -> tuple[Real, Real, Real, Real]:
+    """Return ``h(w) = mu(|w|) w / |w|``, Dh, D2h and D3h, from mu and its derivatives, (4,).
+
+    With ``g = mu / r``, and ``w = (r + a, b)`` along and across the slip, the speed is
+    ``r + a + b^2 / 2 r - a b^2 / 2 r^2`` to third order, and h is ``g (r + a, b)``.
+    """
+    r = float(np.linalg.norm(slip))
+    mu, slope, curvature, third = friction
+    g = mu / r
+    g1 = (slope - g) / r
+    g2 = (curvature - 2.0 * g1) / r
+    first = np.diag([slope, g])
+    twice, thrice = np.zeros((2, 2, 2)), np.zeros((2, 2, 2, 2))
+    twice[0, 0, 0] = curvature
+    twice[0, 1, 1] = twice[1, 0, 1] = twice[1, 1, 0] = g1
+    thrice[0, 0, 0, 0] = third
+    for places in ((0, 0, 1, 1), (0, 1, 0, 1), (0, 1, 1, 0), (1, 1, 0, 0), (1, 0, 1, 0), (1, 0, 0, 1)):
+        thrice[places] = g2
+    thrice[1, 1, 1, 1] = 3.0 * g1 / r
+    along = slip / r
+    turn = np.array([along, [-along[1], along[0]]]).T
+    return (
+        mu * along,
+        turn @ first @ turn.T,
+        np.einsum("ia,jb,kc,abc", turn, turn, turn, twice),
+        np.einsum("ia,jb,kc,ld,abcd", turn, turn, turn, turn, thrice),
+    )
 
 
 def _block(parts: list[list[Any]]) -> Any:

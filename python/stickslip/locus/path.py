@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
-from stickslip.scene.contact import concerns
+from stickslip.scene.contact import concerns, steady_slips
 from stickslip.scene.laws.damping import Rayleigh
 from stickslip.scene.laws.friction import Tabulated
 from stickslip.scene.parameters.family import Family
@@ -68,8 +68,8 @@ class Sliding:
         before, after = ends
         while min(before, after) < (middle := 0.5 * (before + after)) < max(before, after):
             scene = scene_at(middle)
-            sliding = [contact for contact in scene.contacts if concerns("slider_speed", contact)]
-            if any(contact.slider_speed == 0.0 for contact in sliding):
+            sliding = [concerns("slider_speed", contact) for contact in scene.contacts]
+            if np.any(steady_slips(scene.contacts)[sliding] == 0.0):
                 after = middle
                 break
             if self.letters(scene) == letters:
@@ -160,7 +160,7 @@ class Interpolation:
         lower = self.lower
 
         def excess(value: float, contact: int, knot: float) -> float:
-            return float(abs(self.scene(value).contacts[contact].slider_speed)) - knot
+            return float(steady_slips(self.scene(value).contacts)[contact]) - knot
 
         found: set[float] = set()
         for k, contact in enumerate(scene.contacts):

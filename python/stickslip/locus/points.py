@@ -68,9 +68,9 @@ class CriticalPoint:
     criticality
         At a Hopf point how motions grow from it. ``supercritical``: a stable cycle grows from zero beyond the
         point; ``subcritical``: an unstable cycle lies around stable sliding before the point, and beyond it
-        the motion jumps to a large one; ``linear until a status changes``: friction does not depend on slip
-        speed, or not to third order. None elsewhere, where a contact sticks, and where equilibrium is not
-        the only one.
+        the motion jumps to a large one; ``linear until a status changes``: friction along lines does not
+        depend on slip speed, or not to third order. None elsewhere, where a contact sticks, and where
+        equilibrium is not the only one.
     lyapunov
         The first Lyapunov coefficient l_1 of that, 1/m^2, for a mode whose largest displacement is 1 m:
         negative if supercritical. A cycle near the point has the amplitude ``a`` of this displacement with

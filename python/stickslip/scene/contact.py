@@ -223,14 +223,17 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(found)
 
 
+def steady_slips(contacts: Sequence[Contact]) -> Real:
+    """Return the slip speeds of contacts of a scene in steady sliding, m/s, with both parts in a plane."""
+    speeds = np.array([float(contact.slider_speed) for contact in contacts])
+    others = [0.0 if contact.beside is None else speeds[contact.beside] for contact in contacts]
+    slips: Real = np.hypot(speeds, others)
+    return slips
+
+
 def steady_coefficients(contacts: Sequence[Contact]) -> list[float]:
-    """Return the coefficients of kinetic friction of contacts of a scene at the speeds of their sliders."""
-
-    def speed(contact: Contact) -> float:
-        other = 0.0 if contact.beside is None else contacts[contact.beside].slider_speed
-        return float(np.hypot(contact.slider_speed, other))
-
-    return [contact.coefficient(speed(contact)) for contact in contacts]
+    """Return the coefficients of kinetic friction of contacts of a scene in steady sliding."""
+    return [one.coefficient(speed) for one, speed in zip(contacts, steady_slips(contacts), strict=True)]
 
 
 def _pair(contact: int, field: str, value: Any, none: Any) -> tuple[Any, Any]:

@@ -101,8 +101,9 @@ class Trajectory(Motion):
         """Return the periodic orbit that Newton's method finds from the end of the motion, stable or not.
 
         The guess is the motion between its last event and the last earlier event that is like it. If contacts
-        slide without events by a law of friction, the guess is the motion between the last two turns of the
-        contact that moves most. `limit_cycle` returns the orbit to which the motion itself settles.
+        slide without events by a law of friction or slip in a plane, the guess is the motion between the last
+        two turns of the contact that moves most. `limit_cycle` returns the orbit to which the motion itself
+        settles.
 
         Parameters
         ----------
@@ -121,7 +122,8 @@ class Trajectory(Motion):
         core = _core.closed(self.core, method)
         if core is None:
             raise OrbitError(
-                "no event of the motion comes back, and no contact that slides by a law turns twice"
+                "no event of the motion comes back, and no contact that slides by a law or slips in a plane "
+                "turns twice"
             )
         return Cycle(self.scene, core)
 

@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3810),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 13000),
+    ("motion", 13020),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4425),

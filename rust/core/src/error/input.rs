@@ -495,7 +495,7 @@ fn fitting(status: char, quantity: &str, value: f64) -> &'static str {
     match (status, quantity) {
         ('+' | '-', "slip velocity") if value > 0.0 => "; give it the letter '-'",
         ('+' | '-', "slip velocity") if value < 0.0 => "; give it the letter '+'",
-        ('+' | '-', "gap velocity") if value > 0.0 => "; give it the letter 'd', as it opens",
+        ('+' | '-' | 'o', "gap velocity") if value > 0.0 => "; give it the letter 'd', as it opens",
         _ => "",
     }
 }

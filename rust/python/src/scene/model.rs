@@ -371,11 +371,10 @@ impl Scene {
     /// mu of a contact and its first three derivatives over the slip speed, in steady sliding.
     fn friction_derivatives(&self, py: Python<'_>, contact: usize) -> PyResult<[f64; 4]> {
         let scene = self.resting(py)?;
-        let core::Contact { friction, slider_speed, .. } = &scene.contacts()[contact];
+        let core::Contact { friction, slider_speed, plane, .. } = &scene.contacts()[contact];
         let law = scene.friction_law(contact);
-        Ok(law.map_or([*friction, 0.0, 0.0, 0.0], |law| {
-            core::motion::law_derivatives(law, slider_speed.abs())
-        }))
+        let speed = slider_speed.hypot(plane.map_or(0.0, |plane| plane.slider_speed));
+        Ok(law.map_or([*friction, 0.0, 0.0, 0.0], |law| core::motion::law_derivatives(law, speed)))
     }
 
     /// Of a contact with a state: its friction per normal force and the rate of its state with their derivatives, in steady sliding.

@@ -1,7 +1,7 @@
-//! Cycles without events: contacts that slide all the time, under friction that falls and rises with slip speed.
+//! Cycles without events: contacts that slide all the time, under friction that falls and rises with slip speed, or turns in a plane.
 //!
-//! Such a cycle has no event at which it could begin. It is cut where the place of a contact that slides by its law turns back
-//! along the slider: `t . x'` passes zero downwards, as it does in every periodic motion that moves this contact.
+//! Such a cycle has no event at which it could begin. It is cut where the place of a contact that slides by its law or slips in a plane
+//! turns back along a direction: `t . x'` passes zero downwards, as it does in every periodic motion that moves this contact.
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::recurrence::{
@@ -43,10 +43,11 @@ impl<'a> Turns<'a> {
         // A motion that elements keep within bounds turns at every contact that slides.
         let bounded = scene.nonlinear_elements_in(&combination).next().is_some();
         let statuses = combination.statuses().iter().enumerate();
-        let contacts: Vec<usize> = match bounded {
+        let mut contacts: Vec<usize> = match bounded {
             true => statuses.filter(|(_, s)| s.is_sliding()).map(|(contact, _)| contact).collect(),
             false => scene.sliding_by_law(&combination).map(|(contact, _)| contact).collect(),
         };
+        contacts.extend(scene.slipping_in_planes(&combination).flatten());
         if contacts.is_empty() {
             return None;
         }
