@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_array, whole_number
+from stickslip.scene.contact import steady_slips
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, steady_sliding
 from stickslip.scene.structure import Structure
@@ -200,17 +201,16 @@ class Kick:
     def onset(self) -> float:
         """Amplitude up to which no slip velocity and no normal force changes sign in the cycle, m."""
         structure, contacts = self.structure, self.scene.contacts
-        speed = np.array([contact.slider_speed for contact in contacts])
         slip = np.abs(structure.directions[:, ::2].T @ (self.rate * self.shape))
         # In a plane slip ends where both of its directions have lost it.
         beside = [k if one.beside is None else one.beside for k, one in enumerate(contacts)]
         in_plane = np.array([one.beside is not None for one in contacts])
-        speed, slip = (np.hypot(of, np.where(in_plane, of[beside], 0.0)) for of in (speed, slip))
+        slip = np.hypot(slip, np.where(in_plane, slip[beside], 0.0))
         normal = self._reactions(self.shape, self.rate * self.shape)[1::2]
         load = self._static_forces()[1::2]
         # A given normal force does not change.
         with np.errstate(divide="ignore", invalid="ignore"):
-            largest = np.array([speed / slip, load / np.abs(normal)])
+            largest = np.array([steady_slips(contacts) / slip, load / np.abs(normal)])
         return float(np.nanmin(largest))
 
     def _reactions(self, position: Complex | Real, velocity: Complex | Real) -> Complex | Real:

@@ -59,6 +59,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from stickslip.scene.checks import Complex, Real
+from stickslip.scene.contact import steady_slips
 from stickslip.scene.elements import Damper
 from stickslip.scene.laws.spring import SpringLaw
 from stickslip.scene.laws.state import LawWithState
@@ -356,10 +357,9 @@ class _Sliding:
         forces = self.trilinear(mode) + 2.0 * self.bilinear(mode, mean) + self.bilinear(conjugate, double)
         growth = float((left.conj() @ forces).real)
         # At this amplitude a contact sticks.
-        speeds = np.array([abs(contact.slider_speed) for contact in self.scene.contacts])
-        slips = np.abs(mode[0])
+        speeds, slips = steady_slips(self.scene.contacts), np.abs(mode[0])
         for pair, *_ in self.planes:
-            speeds[pair], slips[pair] = np.linalg.norm(speeds[pair]), np.linalg.norm(slips[pair])
+            slips[pair] = np.linalg.norm(slips[pair])
         moving = slips > 0.0
         amplitude = float((speeds[moving] / slips[moving]).min(initial=1e150))
         if abs(growth) * amplitude**2 <= _LINEAR * abs(rate):
