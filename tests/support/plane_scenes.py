@@ -1,7 +1,8 @@
 """Random scenes with friction in planes, and their motions by general integrators of scipy.
 
 `python tests/support/plane_scenes.py N SEED` compares N of them, with `--lifting` of those whose contacts
-open, with `--laws` under friction that follows the slip speed. The reference follows slip in `w / |w|` as it
+open, with `--laws` under friction that follows the slip speed, with `--springs` beside cubic springs between
+dofs of all kinds. The reference follows slip in `w / |w|` as it
 stands: by DOP853, near the end of a slip until the forces on the contact are constant to rounding, and where
 slip begins without a drop of friction (`|R| = mu N`) by Radau after a start of the third order in time.
 """
@@ -52,6 +53,8 @@ class PlaneScene:
     wave: tuple[np.ndarray, float, float]
     pads: list[Pad]
     impact_friction: bool = False
+    #: Directions over all dofs, and stiffnesses, N/m^3.
+    springs: tuple[tuple[np.ndarray, float], ...] = ()
 
     def scene(self, turn: float = 0.0) -> ss.Scene:
         """Return the scene, its tangential directions turned by an angle."""
@@ -81,6 +84,10 @@ class PlaneScene:
             contacts=contacts,
             loads=[ss.Harmonic(amplitude, frequency / (2 * np.pi), phase=phase)],
             impact_friction=self.impact_friction,
+            elements=[
+                ss.Spring(direction, ss.spring.Polynomial(0.0, 0.0, cubic))
+                for direction, cubic in self.springs
+            ],
         )
 
 
@@ -170,6 +177,28 @@ def with_laws(draw: Any) -> Any:
     return drawn
 
 
+def with_springs(draw: Any) -> Any:
+    """Return a draw of the same scenes beside one to three cubic springs."""
+
+    def drawn(rng: np.random.Generator) -> tuple[PlaneScene, ss.State, float]:
+        scene, start, duration = draw(rng)
+        n = len(scene.mass)
+
+        def direction() -> np.ndarray:
+            along = np.zeros(n)
+            ends = rng.choice(n, size=2, replace=False)
+            along[ends[0]] = 1.0
+            if rng.random() < 0.5:
+                along[ends[1]] = rng.uniform(-1.0, 1.0)
+            return along
+
+        count = int(rng.integers(1, 4))
+        scene.springs = tuple((direction(), float(rng.uniform(0.3, 3.0))) for _ in range(count))
+        return scene, start, duration
+
+    return drawn
+
+
 class Reference:
     """A motion by general integrators."""
 
@@ -185,7 +214,8 @@ class Reference:
         x, v = y[: self.n], y[self.n :]
         amplitude, rate, phase = self.given.wave
         load = self.given.force + amplitude * np.cos(rate * t + phase)
-        return load - self.given.stiffness @ x - self.given.damping @ v
+        springs = (cubic * float(along @ x) ** 3 * along for along, cubic in self.given.springs)
+        return load - self.given.stiffness @ x - self.given.damping @ v - sum(springs)
 
     def slip(self, k: int, y: np.ndarray) -> np.ndarray:
         pad = self.given.pads[k]
@@ -455,6 +485,7 @@ if __name__ == "__main__":
     first = int(sys.argv[2])
     draw = random_lifting_scene if "--lifting" in sys.argv else random_scene
     draw = with_laws(draw) if "--laws" in sys.argv else draw
+    draw = with_springs(draw) if "--springs" in sys.argv else draw
     for seed in range(first, first + int(sys.argv[1])):
         try:
             print(seed, *compared(seed, draw), flush=True)

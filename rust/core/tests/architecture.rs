@@ -30,10 +30,10 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3810),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 13020),
+    ("motion", 13060),
     ("transient", 4250),
     ("energy", 668),
-    ("cycles", 4440),
+    ("cycles", 4470),
     ("study", 1130),
 ];
 

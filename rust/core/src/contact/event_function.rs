@@ -199,17 +199,19 @@ fn of_contact(
             of_spring_in_plane(scene, contact, own, status)
         }
         Status::Sticking if let Some(plane) = law.plane => {
-            let part = |part, functional| EventFunction {
+            let part = |part, force, functional| EventFunction {
+                forces: vec![force],
                 cone: Some(part),
                 ..function(EventKind::Slip, functional)
             };
-            let limit = part(ConePart::Limit, normal.scaled(law.static_friction));
-            let force = part(ConePart::Force, friction);
+            let limit = normal.scaled(law.static_friction);
+            let limit = part(ConePart::Limit, (n, law.static_friction), limit);
+            let force = part(ConePart::Force, (t, 1.0), friction);
             if contact < plane.beside { vec![force, limit] } else { vec![force] }
         }
         // Both directions of a plane open and close at once.
         _ if law.shares_normal() => Vec::new(),
-        Status::Slipping if law.opens() => vec![function(EventKind::Release, normal)],
+        Status::Slipping if law.opens() => releases(scene, contact, normal),
         Status::Slipping | Status::Elastic => Vec::new(),
         Status::Sticking => {
             let limit = law.static_friction;
@@ -289,12 +291,11 @@ fn of_spring_in_plane(
     parts
 }
 
-/// The parts of the event function of a contact in a plane, with the factors of their squares.
-pub(crate) fn cone_parts(scene: &Scene, contact: usize, status: Status) -> Vec<(f64, Functional)> {
+/// The parts of the event function of a contact in a plane.
+pub(crate) fn cone_parts(scene: &Scene, contact: usize, status: Status) -> Vec<EventFunction> {
     let Some(plane) = scene.contacts[contact].plane else { return Vec::new() };
     let both = [contact, plane.beside].map(|one| functions_of_contact(scene, one, status));
-    let squares = both.into_iter().flatten();
-    squares.filter_map(|one| Some((one.cone?.sign(), one.functional))).collect()
+    both.into_iter().flatten().filter(|one| one.cone.is_some()).collect()
 }
 
 /// The event functions of a combination in which some forces are not determined: the inequalities that some split of

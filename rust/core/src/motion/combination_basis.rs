@@ -92,7 +92,10 @@ impl CombinationBasis {
             pull_back(&mut functions, &fitted.dependents);
         }
         if condensed.is_some() || dependent {
-            functions.retain(|function| !keeps(scene, combination, &function.functional));
+            let ends = |one: &EventFunction| {
+                one.cone.is_some() || !keeps(scene, combination, &one.functional)
+            };
+            functions.retain(ends);
         }
         let cones = cones_of(scene, &functions);
         let left = || condensed.as_ref().map(|condensed| condensed.scene(scene));

@@ -32,6 +32,9 @@ const SERIES: f64 = 10.0;
 const BEYOND: f64 = 1.25;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
+/// Units of rounding of the velocities below which a slip in a plane has ended: the coefficients and the width of a panel that is
+/// shortened a dozen times have rounded twice each.
+const AT_REST: f64 = 32.0;
 
 impl LawMotion {
     /// Lets the directions of slow slips, and deflections of bristles, follow from their balances, on a wider panel, where they have
@@ -225,7 +228,7 @@ impl LawMotion {
         self.stopping = None;
         let (rate, width, constant) =
             (operator.taylor.norm(), operator.taylor.width(), self.constant);
-        let unresolved = UNRESOLVED * UNIT * self.taylor.scale(&operator.taylor);
+        let unresolved = AT_REST * UNIT * self.taylor.scale(&operator.taylor);
         let panel = self.taylor.width;
         let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
         let ends = ends.filter_map(|(place, (one, series))| {

@@ -276,10 +276,20 @@ impl Kernel for Bound<'_> {
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         for (one, series) in operator.planes.iter().zip(&*planes) {
-            let sized = series.at_origin[1] + size_of(&one.limit, sizes);
-            let of_limit = [series.beyond, UNIT * in_row * sized + uncounted * one.limit_norm];
+            let [mut sized, mut cut, mut round] =
+                [series.at_origin[1] + size_of(&one.limit, sizes), series.beyond, 0.0];
+            let mut limit_norm = one.limit_norm;
+            for &(place, weight) in &one.pressed_by {
+                let (Sliding { bounds, force, .. }, weight) = (&contacts[place], weight.abs());
+                sized += weight * size(force);
+                cut += weight * bounds.cut;
+                round += weight * bounds.round;
+                limit_norm += weight * bounds.gain;
+            }
+            round += UNIT * (in_row + one.pressed_by.len() as f64) * sized;
+            let of_limit = [cut, round + uncounted * one.limit_norm];
             let width = taylor.width;
-            let panel = PanelSizes { units, shortenings, width, of_limit, radius };
+            let panel = PanelSizes { units, shortenings, width, of_limit, limit_norm, radius };
             let PlaneBound { cut, round, apart, growth } = series.error(one, &panel);
             lipschitz = together(lipschitz, one.force_norm * growth);
             truncated = together(truncated, taylor.width * one.force_norm * cut);

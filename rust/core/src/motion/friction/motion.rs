@@ -255,7 +255,9 @@ impl LawMotion {
                 }
                 load
             });
-            if series.begin(one, [q, u], &self.taylor.origin, reaction) {
+            let pressing = one.pressing(|place| operator.contacts[place].excess(q, u));
+            let limit = one.limit.value(q, u) + pressing;
+            if series.begin(one, u, &self.taylor.origin, (limit, reaction)) {
                 self.stopped = Some(place);
             }
             if one.is_negative_at(u) {
@@ -538,7 +540,7 @@ impl LawMotion {
             let least = lowest(row);
             panel.error[index] += error;
             panel.curvature_error[index] += error;
-            panel.excluded[index] = least > panel.error[index];
+            panel.excluded[index] = least > panel.error[index] && function.cone.is_none();
         }
     }
 

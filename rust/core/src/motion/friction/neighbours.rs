@@ -276,13 +276,16 @@ impl LawMotion {
             }
         }
         for (j, one) in operator.contacts.iter().enumerate() {
-            let force = forces[j].add_scaled(simd, slopes[j].by_normal[0], &normals[j][k]);
+            forces[j] = forces[j].add_scaled(simd, slopes[j].by_normal[0], &normals[j][k]);
             for &(row, weight) in &one.direction {
-                residuals[row] = residuals[row].add_scaled(simd, one.sign * weight, &force);
+                residuals[row] = residuals[row].add_scaled(simd, one.sign * weight, &forces[j]);
             }
         }
         for (place, one) in operator.planes.iter().enumerate() {
-            let limit = rate(simd, &one.limit, q, u);
+            let mut limit = rate(simd, &one.limit, q, u);
+            for &(j, weight) in &one.pressed_by {
+                limit = limit.add_scaled(simd, weight, &forces[j]);
+            }
             let [slip, reaction] = [u, &*residuals].map(|of| one.coordinates.map(|row| of[row]));
             let (series, slipping) = (&self.planes[place], &mut slipping[place]);
             let given = (limit, slip, reaction);

@@ -215,7 +215,14 @@ impl LawOperator {
         {
             return Err(Error::UndeterminedFrictionLaw { contact });
         }
-        let response = response(scene, combination).map(|all| Response {
+        let of_forces = response(scene, combination);
+        let pressing_by = |contact: usize, friction: f64| -> Vec<(usize, f64)> {
+            let row =
+                of_forces.iter().flat_map(|all| all.row(2 * contact + 1).into_iter().copied());
+            let terms = row.enumerate().map(|(place, by_force)| (place, friction * by_force));
+            terms.filter(|term| term.1 != 0.0).collect()
+        };
+        let response = of_forces.as_ref().map(|all| Response {
             normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| match contacts[i].of {
                 // What multiplies the forces of other contacts with states is no normal force.
                 LawOf::Contact(contact) if contacts[i].multiplies_normal(scene) => {
@@ -224,7 +231,7 @@ impl LawOperator {
                 _ => 0.0,
             }),
             functions: DMatrix::from_fn(functions.len(), contacts.len(), |i, j| {
-                functions[i].response(&all, j)
+                functions[i].response(all, j)
             }),
         });
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
@@ -259,6 +266,7 @@ impl LawOperator {
                 limit,
                 friction,
                 law: scene.friction_law(first).cloned(),
+                pressed_by: pressing_by(first, friction),
                 output,
                 mass: coordinates.map(|k| own.mass.get(k, k)),
                 force_norm: along.2.max(across.2),
@@ -364,10 +372,18 @@ impl LawOperator {
         !self.planes.is_empty()
     }
 
+    /// Forces of laws where elements press contacts that slip in planes.
+    fn pressing_planes(&self, forces: impl Fn(&Self) -> Vec<f64>) -> Vec<f64> {
+        let are_pressed = self.planes.iter().any(|one| !one.pressed_by.is_empty());
+        if are_pressed { forces(self) } else { Vec::new() }
+    }
+
     /// Adds the friction in planes to a residual, which has no friction yet.
     pub fn push_in_planes(&self, q: &[f64], u: &[f64], residual: &mut [f64]) {
+        let forces = self.pressing_planes(|all| all.forces(q, u));
         for one in &self.planes {
-            let force = one.friction(q, u, one.coordinates.map(|row| residual[row]));
+            let limit = one.limit.value(q, u) + one.pressing(|place| forces[place]);
+            let force = one.friction(limit, u, one.coordinates.map(|row| residual[row]));
             one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
         }
     }
@@ -379,8 +395,13 @@ impl LawOperator {
         rates: [&[f64]; 2],
         residual: &mut [f64],
     ) {
+        let ([q, u], [dq, du]) = (state, rates);
+        let forces = self.pressing_planes(|all| all.forces(q, u));
+        let changes = self.pressing_planes(|all| all.force_rates(state, rates));
         for one in &self.planes {
-            let force = one.friction_rate(state, rates);
+            let limit = one.limit.value(q, u) + one.pressing(|place| forces[place]);
+            let rate = one.limit.rate(dq, du) + one.pressing(|place| changes[place]);
+            let force = one.friction_rate([limit, rate], [u, du]);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| residual[row] += part);
         }
     }

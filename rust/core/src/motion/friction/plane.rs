@@ -74,6 +74,8 @@ pub(crate) struct PlaneContact {
     pub limit: Functional,
     pub friction: f64,
     pub law: Option<FrictionLaw>,
+    /// What forces of elements add to `mu N`, by their places among the laws, per newton.
+    pub pressed_by: Vec<(usize, f64)>,
     pub output: Option<usize>,
     pub mass: [f64; 2],
     /// The norm of the operator per unit of force.
@@ -106,12 +108,13 @@ pub(super) struct PlaneBound {
 }
 
 /// What the bound of a panel knows besides: units of rounding of a product, times that the panel was shortened, its width, the errors of
-/// `mu(0) N` by truncation and by rounding, and the radius of the neighbourhood in which the slope of the law counts.
+/// `mu(0) N` by truncation and by rounding, its change per norm of the state, and the radius of the neighbourhood in which slopes count.
 pub(super) struct PanelSizes {
     pub units: f64,
     pub shortenings: usize,
     pub width: f64,
     pub of_limit: [f64; 2],
+    pub limit_norm: f64,
     pub radius: f64,
 }
 
@@ -326,11 +329,17 @@ impl PlaneContact {
         [x * w[0] - y * w[1], y * w[0] + x * w[1]]
     }
 
-    /// The friction force in a state; where slip begins, by the forces R on the contact.
-    pub fn friction(&self, q: &[f64], u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
+    /// What forces of laws add to `mu N`.
+    #[inline(always)]
+    pub fn pressing(&self, force: impl Fn(usize) -> f64) -> f64 {
+        self.pressed_by.iter().map(|&(place, weight)| weight * force(place)).sum()
+    }
+
+    /// The friction force under a limit `mu(0) N` at slip velocities; where slip begins, by the forces R on the contact.
+    pub fn friction(&self, at_rest: f64, u: &[f64], reaction: [f64; 2]) -> [f64; 2] {
         let w = self.slip_at(u);
         let speed = w[0].hypot(w[1]);
-        let limit = self.limit.value(q, u) * self.ratio_at(speed);
+        let limit = at_rest * self.ratio_at(speed);
         let direction = match speed == 0.0 {
             true => self.departs(limit, reaction),
             false => w.map(|w| w / speed),
@@ -338,8 +347,8 @@ impl PlaneContact {
         direction.map(|e| -limit * e)
     }
 
-    /// How it changes along a rate (q', q'') of the state; not at all where slip begins.
-    pub fn friction_rate(&self, [q, u]: [&[f64]; 2], [dq, du]: [&[f64]; 2]) -> [f64; 2] {
+    /// How it changes along rates of the limit and of the slip velocities; not at all where slip begins.
+    pub fn friction_rate(&self, [at_rest, rate]: [f64; 2], [u, du]: [&[f64]; 2]) -> [f64; 2] {
         let w = self.slip_at(u);
         let speed = w[0].hypot(w[1]);
         if speed == 0.0 {
@@ -347,10 +356,10 @@ impl PlaneContact {
         }
         let direction = w.map(|w| w / speed);
         let [along, across] = Self::turned(direction, self.coordinates.map(|row| du[row]));
-        let (at_rest, ratio) = (self.limit.value(q, u), self.ratio_at(speed));
+        let ratio = self.ratio_at(speed);
         let by_speed =
             self.law.as_ref().map_or(0.0, |law| along * law.slope(speed) / law.value(0.0));
-        let pressing = ratio * self.limit.rate(dq, du) + by_speed * at_rest;
+        let pressing = ratio * rate + by_speed * at_rest;
         let turning = ratio * at_rest * across / speed;
         Self::turned_back(direction, [-pressing, -turning])
     }
@@ -387,13 +396,13 @@ impl PlaneContact {
 }
 
 impl PlaneSeries {
-    /// Begins a phase in a state with forces R on the contact; whether it rests.
+    /// Begins a phase at velocities, under a limit `mu(0) N` and with forces R on the contact; whether it rests.
     pub(super) fn begin(
         &mut self,
         one: &PlaneContact,
-        [q, u]: [&[f64]; 2],
+        u: &[f64],
         origin: &[f64],
-        reaction: [f64; 2],
+        (limit, reaction): (f64, [f64; 2]),
     ) -> bool {
         let Functional { position, constant, .. } = &one.limit;
         let add = |[sum, size]: [f64; 2], &(k, weight): &(usize, f64)| {
@@ -413,7 +422,6 @@ impl PlaneSeries {
             self.course = Course::Slips;
             return false;
         }
-        let limit = one.limit.value(q, u);
         let excess = reaction[0].hypot(reaction[1]) / limit - 1.0;
         self.course = Course::Begins(if excess <= EQUAL { 2 } else { 1 });
         self.direction = one.departs(limit, reaction);
@@ -782,7 +790,7 @@ impl PlaneSeries {
 
     /// Bounds of the error of the friction force.
     pub(super) fn error(&self, one: &PlaneContact, panel: &PanelSizes) -> PlaneBound {
-        let PanelSizes { units, width, of_limit, .. } = *panel;
+        let PanelSizes { units, width, of_limit, limit_norm, .. } = *panel;
         let limit = size(&self.limit);
         let largest = size(&self.along) + size(&self.across);
         let product = beyond(&self.limit, &self.along, COEFFICIENTS)
@@ -795,7 +803,7 @@ impl PlaneSeries {
             (Some(of_speed), Some(law)) if !ends => {
                 self.error_of_law(one, (law, of_speed), [cut, round], panel)
             }
-            _ => [of_limit[0], of_limit[1], one.limit_norm],
+            _ => [of_limit[0], of_limit[1], limit_norm],
         };
         // What `mu N` of higher orders has in the last one, which is not integrated.
         let changes = |of: &[f64; COEFFICIENTS]| {
@@ -819,7 +827,7 @@ impl PlaneSeries {
         one: &PlaneContact,
         (law, of_speed): (&FrictionLaw, &OfSpeed),
         [cut, round]: [f64; 2],
-        &PanelSizes { units, shortenings, of_limit, radius, .. }: &PanelSizes,
+        &PanelSizes { units, shortenings, of_limit, limit_norm, radius, .. }: &PanelSizes,
     ) -> [f64; 3] {
         let OfSpeed { series, at_rest, turned, .. } = of_speed;
         let friction = law.value(0.0);
@@ -858,8 +866,8 @@ impl PlaneSeries {
             _ => series.least_slope(law, wide),
         };
         let falls = (FALLS * -least_slope).max(below).max(0.0);
-        let growth = largest * one.limit_norm
-            + falls * (pressed + radius * one.limit_norm / friction) * one.speed_norm;
+        let growth = largest * limit_norm
+            + falls * (pressed + radius * limit_norm / friction) * one.speed_norm;
         [
             of_limit[0] * largest + product + of(bounds.truncation, off[0]),
             of_limit[1] * largest + terms + of(bounds.rounding, off[1]),
@@ -1012,14 +1020,14 @@ pub(super) struct Planes<'a> {
 }
 
 impl Planes<'_> {
-    /// Adds the friction of order k to the loads, from which its forces R follow.
+    /// Adds the friction of order k to the loads, from which its forces R follow, and which hold the `forces` of laws.
     #[inline(always)]
     pub fn push<S: Lanes>(
         &mut self,
         simd: S,
         (scene, taylor): (&Scene, &TaylorMotion),
         k: usize,
-        load: &mut [f64],
+        (load, force): (&mut [f64], impl Fn(usize) -> f64),
     ) {
         for (one, series) in self.contacts.iter().zip(&mut *self.series) {
             let w = one.coordinates.map(|row| taylor.rate_of(row, k));
@@ -1027,7 +1035,7 @@ impl Planes<'_> {
                 true => one.coordinates.map(|row| load[row] + taylor.load_of(scene, row, k)),
                 false => [0.0; 2],
             };
-            let limit = taylor.coefficient(&one.limit, k);
+            let limit = taylor.coefficient(&one.limit, k) + one.pressing(&force);
             let of_order = (limit, [w, reaction]);
             let force = series.extend(simd, one, k, of_order, taylor.width);
             one.coordinates.iter().zip(force).for_each(|(&row, part)| load[row] += part);

@@ -176,7 +176,8 @@ impl Forces for Friction<'_> {
         let all = planes.contacts.iter().zip(&mut *planes.series).zip(forces);
         for ((one, series), force) in all {
             let w = one.coordinates.map(|row| state[1][row]);
-            let limit = one.output.map_or(0.0, |place| one.friction * outputs[place]);
+            let limit = one.output.map_or(0.0, |place| one.friction * outputs[place])
+                + one.pressing(|place| contacts[place].force[k]);
             let reaction = match series.needs_reaction(k) {
                 true => [0, 1].map(|i| {
                     let row = one.coordinates[i];
@@ -231,7 +232,8 @@ impl Kernel for ByMatrices<'_> {
             }
             if !planes.contacts.is_empty() {
                 let mut load = std::mem::take(&mut taylor.force);
-                planes.push(simd, (scene, taylor), k, &mut load);
+                let force = |place: usize| laws.contacts[place].force[k];
+                planes.push(simd, (scene, taylor), k, (&mut load, force));
                 taylor.force = load;
             }
             if k == DEGREE {

@@ -15,7 +15,7 @@
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, ContactInput, Plane};
+use crate::scene::contact_law::{Contact, ContactInput, Inertia, Plane};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -60,10 +60,10 @@ impl Scene {
         if self.has_dependent_directions() {
             return refused("contacts whose directions depend on each other");
         }
-        if !self.massless.is_empty() {
-            return refused("dofs without mass or compliant contacts");
-        }
         for (contact, beside) in beside {
+            if self.contacts[contact].inertia != Inertia::Full {
+                return Err(Error::Plane { contact, reason: "dofs without mass on which it acts" });
+            }
             let opens = given[contact].normal.is_some() || given[beside].normal.is_some();
             let other = &self.contacts[beside];
             let (tangential, slider_speed) = (other.tangential, other.slider_speed);

@@ -8,13 +8,14 @@ use proptest::prelude::*;
 use crate::linalg::dense::{max_distance, max_norm};
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
-use crate::motion::friction::fuzz::true_errors::{extend, law};
+use crate::motion::friction::fuzz::true_errors::{argument_of, element, extend, law};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::plane::PlaneSeries;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{ContactInput, Direction};
+use crate::scene::elements::element::Element;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::model::Scene;
@@ -35,6 +36,8 @@ const LIFTS: f64 = 0.05;
 /// be from those that follow, relative to the largest.
 const STIFFEST: f64 = 1e4;
 const ALIKE: f64 = 1e-11;
+/// Half of the time over which the rate of a force is a difference, s.
+const STEP: f64 = 1e-6;
 /// Units of rounding of a polynomial and of a sum of a few terms.
 const ROUNDING: f64 = 16.0;
 
@@ -49,13 +52,13 @@ fn inverse_root(x: Doubled) -> Doubled {
     y
 }
 
-/// Bodies and, of each, a law of friction over slip speed; constant friction where it has none.
-type Bodies<'a> = (&'a SceneInput, &'a [Option<FrictionLaw>]);
+/// Bodies and, of each, a law of friction over slip speed; constant friction where it has none. Springs and dampers beside them.
+type Bodies<'a> = (&'a SceneInput, &'a [Option<FrictionLaw>], &'a [Element]);
 
-/// The rates of positions and velocities, `M x'' = F - K x - C x' - mu N w / |w|`, where N is given or holds a dof.
-fn rates((input, laws): Bodies<'_>, state: &Values) -> Values {
+/// `F - K x - C x'` and what springs and dampers add.
+fn loads((input, _, elements): Bodies<'_>, state: &Values) -> Values {
     let size = input.force.len();
-    let [mass, damping, stiffness, ..] = input.matrices();
+    let [_, damping, stiffness, ..] = input.matrices();
     let (x, v) = state.split_at(size);
     let row = |i: usize| {
         let springs = stiffness.row(i).map(|(j, value)| x[j].times(-value));
@@ -63,6 +66,24 @@ fn rates((input, laws): Bodies<'_>, state: &Values) -> Values {
         springs.chain(dampers).fold(Doubled::from(input.force[i]), Doubled::add)
     };
     let mut force: Values = (0..size).map(row).collect();
+    for one in elements {
+        let (argument, mut excess) = (argument_of(one, [x, v], true), Vec::new());
+        extend(&one.excess, 0, &[argument], &mut Vec::new(), &mut excess);
+        let [at_rest, slope] = one.linear;
+        let whole = excess[0].add(at_rest.into()).add(argument.times(slope));
+        for &(row, weight) in &one.direction {
+            force[row] = force[row].add(whole.times(-weight));
+        }
+    }
+    force
+}
+
+/// The rates of positions and velocities, `M x'' = F - K x - C x' - phi - mu N w / |w|`, where N is given or holds a dof.
+fn rates(bodies: Bodies<'_>, state: &Values) -> Values {
+    let (input, laws, _) = bodies;
+    let [mass, ..] = input.matrices();
+    let v = &state[input.force.len()..];
+    let mut force = loads(bodies, state);
     for (pair, law) in input.contacts.chunks(2).zip(laws) {
         let along = [0, 1].map(|k| {
             let Some(Direction::Dof(dof)) = pair[k].tangential else { panic!("along a dof") };
@@ -179,6 +200,7 @@ static BEGINNING: AtomicUsize = AtomicUsize::new(0);
 static SLOW: AtomicUsize = AtomicUsize::new(0);
 static FOLLOWING: AtomicUsize = AtomicUsize::new(0);
 static BY_LAW: AtomicUsize = AtomicUsize::new(0);
+static BESIDE: AtomicUsize = AtomicUsize::new(0);
 
 /// Whether friction in a plane may follow a law.
 fn is_of_planes(law: &FrictionLaw) -> bool {
@@ -189,14 +211,14 @@ fn is_of_planes(law: &FrictionLaw) -> bool {
 #[test]
 fn bounds_in_planes_are_never_below_true_errors() {
     panels_in_planes();
-    let [panels, beginning, slow, following, by_law] =
-        [&MET, &BEGINNING, &SLOW, &FOLLOWING, &BY_LAW].map(|count| count.load(Ordering::Relaxed));
+    let [panels, beginning, slow, following, by_law, beside] =
+        [&MET, &BEGINNING, &SLOW, &FOLLOWING, &BY_LAW, &BESIDE]
+            .map(|count| count.load(Ordering::Relaxed));
     println!(
-        "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow, {by_law} motions by laws"
+        "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow, {by_law} motions by laws, {beside} beside springs and dampers"
     );
-    assert!(
-        panels > 10 * beginning.min(slow) && beginning.min(slow).min(following).min(by_law) > 0
-    );
+    let rarest = [beginning, slow, following, by_law, beside].into_iter().min();
+    assert!(panels > 10 * beginning.min(slow) && rarest > Some(0));
 }
 
 proptest! {
@@ -209,6 +231,7 @@ proptest! {
         begins in 0..6usize,
         places in proptest::collection::vec(0.1..1.0f64, 2),
         laws in proptest::collection::vec(proptest::option::of(law()), 3),
+        elements in proptest::collection::vec(element(), 0..=2),
     ) {
         let mut input = input(bodies, &numbers, kind);
         let laws: Vec<Option<FrictionLaw>> =
@@ -220,6 +243,10 @@ proptest! {
         }
         BY_LAW.fetch_add(usize::from(laws.iter().any(Option::is_some)), Ordering::Relaxed);
         let (size, plane) = (input.force.len(), input.contacts.len());
+        let beside = Scene::new(input.clone()).expect("well-posed").with_elements(&elements);
+        let Ok(beside) = beside else { return Ok(()) };
+        let springs = beside.elements().to_vec();
+        BESIDE.fetch_add(usize::from(!springs.is_empty()), Ordering::Relaxed);
         let (mut x, mut v) = (vec![0.0; size], vec![0.0; size]);
         for i in 0..plane {
             x[i] = 0.02 * start[i % 7];
@@ -228,11 +255,15 @@ proptest! {
         }
         if begins < 2 {
             // Forces on the contact above its limit; or at it, along a direction in which they grow.
-            let [_, damping, stiffness, ..] = input.matrices();
+            let [_, _, stiffness, ..] = input.matrices();
+            let state: Values = x.iter().chain(&v).map(|&of| Doubled::from(of)).collect();
+            let bodies = (&input, &laws[..], &springs[..]);
+            let begun = loads(bodies, &state);
             let pressed = match input.contacts[0].normal {
-                Some(_) => stiffness.row_dot(plane, &x) + damping.row_dot(plane, &v) - input.force[plane],
+                Some(_) => -begun[plane].value(),
                 None => input.contacts[0].normal_force,
             };
+            prop_assume!(pressed > LIFTS);
             let limit = input.contacts[0].friction * pressed;
             let pulls: [f64; 2] = [0, 1].map(|i| -stiffness.row_dot(i, &v));
             let length = pulls[0].hypot(pulls[1]).max(1e-3);
@@ -242,13 +273,10 @@ proptest! {
                 pulls[0] * angle.sin() + pulls[1] * angle.cos(),
             ];
             // Slip begins where the forces grow faster than the limit, which a normal force may raise.
-            let state: Values = x.iter().chain(&v).map(|&of| Doubled::from(of)).collect();
-            let rates = rates((&input, &laws), &state);
-            let own = |i: usize| if (2..plane).contains(&i) { rates[size + i].value() } else { 0.0 };
-            let accelerations: Vec<f64> = (0..size).map(own).collect();
-            let rate = |row: usize| {
-                stiffness.row_dot(row, &v) + damping.row_dot(row, &accelerations)
-            };
+            let mut change = rates(bodies, &state);
+            (0..size).filter(|i| !(2..plane).contains(i)).for_each(|i| change[size + i] = 0.0.into());
+            let [late, early] = [STEP, -STEP].map(|step| loads(bodies, &plus(&state, &change, step)));
+            let rate = |row: usize| -(late[row].value() - early[row].value()) / (2.0 * STEP);
             let raised = match input.contacts[0].normal {
                 Some(_) => input.contacts[0].friction * rate(plane),
                 None => 0.0,
@@ -257,14 +285,13 @@ proptest! {
             prop_assume!(begins == 0 || grows > raised + 1e-6);
             let size = if begins == 0 { limit * (1.1 + start[6].abs()) } else { limit };
             for i in 0..2 {
-                input.force[i] = stiffness.row_dot(i, &x)
-                    + damping.row_dot(i, &v)
-                    + size * turned[i] / length;
+                input.force[i] += size * turned[i] / length - begun[i].value();
             }
         }
         let of_contacts = laws.iter().flat_map(|law| [law.clone(), law.clone()]).collect();
         let scene = Scene::new(input.clone()).expect("well-posed");
         let scene = scene.with_friction_laws(of_contacts).expect("laws of planes");
+        let scene = scene.with_elements(&elements).expect("as before");
         let combination = Combination::parse(&"o".repeat(plane), plane).expect("letters");
         let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("a basis");
         let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
@@ -273,6 +300,7 @@ proptest! {
         let mut motion = LawMotion::default();
         motion.restart(&scene, operator, functions, &q, &u);
         let mut panel = Panel::default();
+        let bodies = (&input, &laws[..], &springs[..]);
         let speed = |u: &[f64]| operator.planes.iter().map(|one| one.speed(u)).fold(1.0, f64::min);
         let mut slowest = 1.0f64;
         'panels: for place in 0..PANELS {
@@ -308,7 +336,7 @@ proptest! {
                 // No mass is below 1 kg.
                 let bound = motion.left_out + ROUNDING * f64::EPSILON * largest;
                 let error = |parts: usize| {
-                    let known = moved_from((&input, &laws), &begun, span, parts);
+                    let known = moved_from(bodies, &begun, span, parts);
                     let errors = known.iter().zip(&found).map(|(a, &b)| a.add((-b).into()));
                     errors.map(|error| error.value().abs()).fold(0.0, f64::max)
                 };

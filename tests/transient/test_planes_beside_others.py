@@ -1,0 +1,115 @@
+"""Friction in a plane in scenes with nonlinear springs, compliant contacts and nodes without mass."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from plane_scenes import compared, random_lifting_scene, random_scene, with_laws, with_springs
+
+#: Along x, across it, and y of the body that slips in a plane; x and y of the one beside it.
+DOFS = ("x", "z", "y", "x1", "y1")
+SPEED = 0.12
+
+
+@pytest.mark.parametrize(
+    ("draw", "seed"),
+    [
+        *((random_scene, seed) for seed in (3, 7, 12)),
+        # Springs act along the normals of contacts.
+        *((random_lifting_scene, seed) for seed in (3, 5, 8, 11, 14)),
+        *((with_laws(random_scene), seed) for seed in (3, 7)),
+        *((with_laws(random_lifting_scene), seed) for seed in (3, 5, 11, 14)),
+    ],
+)
+def test_scenes_beside_cubic_springs_agree_with_a_general_integrator(draw, seed):
+    _, times, state = compared(seed, with_springs(draw))
+    assert times < 1e-9
+    assert state < 2e-9
+
+
+def beside(kind: str, rng: np.random.Generator) -> tuple[ss.Contact, float]:
+    """Return a contact along x1 that is compliant, and the load that presses it."""
+    changes = {
+        "along": {"normal": "y1", "tangential_stiffness": 600.0, "normal_stiffness": 2000.0},
+        "across": {"normal": "y1", "normal_stiffness": 1500.0},
+        "Hertz": {"normal": "y1", "normal_stiffness": ss.spring.Hertz(9000.0)},
+        "Jenkins": {"normal_force": 4.0, "tangential_stiffness": 500.0},
+    }[kind]
+    friction = float(rng.uniform(0.2, 0.6))
+    contact = ss.Contact(tangential="x1", friction=friction, slider_speed=0.1, name="line", **changes)
+    return contact, 0.0 if kind == "Jenkins" else -6.0
+
+
+def both(kind: str, seed: int) -> list[ss.Scene]:
+    """Return a scene whose slip in a plane has no reason to leave x, and the same with friction along x."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(4, 4))
+    stiffness = np.diag([0.0, 100.0, 0.0, 0.0, 0.0])
+    others = np.ix_([0, 2, 3, 4], [0, 2, 3, 4])
+    stiffness[others] = 15.0 * root @ root.T + np.diag(rng.uniform(50.0, 200.0, 4))
+    mass = rng.uniform(0.5, 2.0, 5)
+    static = float(rng.uniform(0.3, 0.7))
+    by_law = ss.friction.Stribeck(static=static, kinetic=0.7 * static, speed=0.1)
+    pad = {"friction": by_law if rng.random() < 0.5 else static, "name": "pad"}
+    opens = rng.random() < 0.5
+    pad |= {"normal": "y"} if opens else {"normal_force": 5.0}
+    line, load = beside(kind, rng)
+    springs = [ss.Spring({"x": 1.0, "x1": -1.0}, ss.spring.Polynomial(0.0, 0.0, 2e3))]
+    contacts = [
+        ss.Contact(tangential=("x", "z"), slider_speed=(SPEED, 0.0), **pad),
+        ss.Contact(tangential="x", slider_speed=SPEED, **pad),
+    ]
+    return [
+        ss.Scene(
+            mass=mass,
+            stiffness=stiffness,
+            damping=ss.Rayleigh(mass=0.1),
+            force=[0.0, 0.0, -5.0 if opens else 0.0, 0.0, load],
+            dofs=DOFS,
+            contacts=[contact, line],
+            elements=springs if seed % 2 else [],
+        )
+        for contact in contacts
+    ]
+
+
+@pytest.mark.parametrize("kind", ["along", "across", "Hertz", "Jenkins"])
+@pytest.mark.parametrize("seed", range(4))
+def test_slip_that_stays_on_a_line_beside_a_compliant_contact_is_slip_along_this_line(kind, seed):
+    runs = []
+    for scene in both(kind, seed):
+        start = ss.steady_sliding(scene).perturbed(velocity={"x": -0.15})
+        runs.append(ss.simulate(scene, 3.0, start))
+    plane, line = runs
+    balance = plane.balance()
+    assert abs(balance.residual) < 1e-13 * max(abs(balance.external), 1.0)
+    assert [one.rstrip("+-") for one in plane.events.kind] == [one.rstrip("+-") for one in line.events.kind]
+    np.testing.assert_allclose(plane.events.time, line.events.time, atol=1e-12)
+    ends = [run.state(3.0) for run in runs]
+    np.testing.assert_allclose(ends[0].position, ends[1].position, atol=1e-12)
+
+
+def test_a_slip_beside_springs_begins_where_the_whole_force_reaches_the_limit():
+    """A body that sticks to a belt is pulled by a cubic spring alone, and pressed by another one."""
+    cubic = ss.spring.Polynomial(0.0, 0.0, 300.0)
+    scene = ss.Scene(
+        mass=[1.0, 1.0, 1.0],
+        stiffness=np.zeros((3, 3)),
+        force=[0.0, 0.0, -2.0],
+        dofs=("x", "z", "y"),
+        contacts=[ss.Contact(tangential=("x", "z"), normal="y", friction=0.5, slider_speed=(0.3, 0.1))],
+        elements=[ss.Spring("x", cubic), ss.Spring({"x": -0.5, "y": 1.0}, cubic)],
+    )
+    run = ss.simulate(scene, 0.7, ss.State([0.0] * 3, [0.3, 0.1, 0.0], "ss"), max_events=1)
+    place = 0.3 * float(run.events.time[0])
+    # The second spring lifts the body, and pulls it back along x with half of that force.
+    lifting = 300.0 * (0.5 * place) ** 3
+    pull = 300.0 * place**3 + 0.5 * lifting
+    assert run.events.kind[0] == "slip"
+    np.testing.assert_allclose(pull, 0.5 * (2.0 - lifting), rtol=1e-12)
+
+
+def test_a_plane_needs_mass_on_its_own_dofs():
+    contact = ss.Contact(tangential=("x", "z"), normal_force=1.0, friction=0.5, slider_speed=(0.1, 0.0))
+    with pytest.raises(ss.InputError, match="not computed beside dofs without mass on which it acts"):
+        ss.Scene(mass=[1.0, 0.0], stiffness=np.eye(2), dofs=("x", "z"), contacts=[contact])
