@@ -199,6 +199,19 @@ def test_a_run_under_the_slip_law_ends_where_slip_turns():
     assert abs(run.state(run.duration).velocity[0] - 0.2) < 1e-6
 
 
+def test_a_slip_that_creeps_below_the_rounding_of_its_slider_ends_the_run_at_once():
+    """At rest under ``mu / a = 40`` slip goes on with about ``speed e^-40``, 1e-19 m/s beside 0.2 m/s."""
+    law = ss.friction.RateState(1.2, 0.03, 0.05, 0.02, 0.1)
+    contact = ss.Contact(tangential="x1", normal_force=5.0, friction=law, slider_speed=0.2)
+    scene = ss.Scene([1.0], [[100.0]], contacts=[contact])
+    start = ss.steady_sliding(scene).perturbed(velocity={"x1": -1.0})
+    with pytest.raises(ss.RunError, match="slip speeds that are lost in the rounding of the motion") as error:
+        ss.simulate(scene, 5.0, start)
+    run = error.value.partial
+    assert abs(run.state(run.duration).velocity[0] - 0.2) < 1e-14
+    assert run.counters["panels"] < 500
+
+
 def test_a_state_evolution_has_a_name():
     with pytest.raises(ss.InputError, match="friction: state_evolution: expected 'aging' or 'slip', got"):
         ss.friction.RateState(0.5, 0.05, 0.06, 0.02, 0.1, state_evolution="both")
@@ -232,3 +245,35 @@ def test_states_belong_to_contacts(internal, said):
 def test_an_open_contact_has_no_state():
     with pytest.raises(ss.InputError, match="internal: contact 0: must be 0 where a contact is open or has"):
         ss.simulate(pressed(DAHL), 1.0, ss.State([0.0, 1.0], [0.0, 0.0], "d", ["x", "y"], internal=[1e-3]))
+
+
+@pytest.mark.parametrize(
+    ("spring", "remote"),
+    [(1e3, False), (1e4, False), (ss.spring.Hertz(9e3), False), (None, True)],
+)
+def test_bristles_count_by_the_load_that_presses_them(spring, remote):
+    """The norm weighs deflections by a normal force: that on the body of a node, or a load elsewhere."""
+    stiffness = [[90.0, 10.0, 0.0], [10.0, 200.0, -150.0], [0.0, -150.0, 200.0]]
+    scenes = [
+        ss.Scene(
+            mass=[1.0, 1.0, 1.0],
+            stiffness=stiffness,
+            damping=ss.Rayleigh(mass=0.1, stiffness=1e-3),
+            force=[0.0, 0.0, -5.0] if far else [0.0, -5.0, 0.0],
+            dofs=["x", "y", "far"],
+            contacts=[
+                ss.Contact(
+                    tangential="x",
+                    normal="y",
+                    friction=ss.friction.Dahl(0.8, 1300.0),
+                    slider_speed=0.1,
+                    normal_stiffness=one,
+                )
+            ],
+        )
+        for one, far in ((spring, remote), (None, False))
+    ]
+    runs = [
+        ss.simulate(scene, 3.0, ss.steady_sliding(scene).perturbed(velocity={"x": -0.5})) for scene in scenes
+    ]
+    assert runs[0].counters["panels"] < 2 * runs[1].counters["panels"]

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::error::input::Error;
+use crate::linalg::dense::max_norm;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, ContactInput, Directions, Springs};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
@@ -90,6 +91,17 @@ pub struct State {
     pub friction_force: Vec<f64>,
     /// The state z of every contact, 0 of one without, or empty for that of steady slip at the slip velocity.
     pub internal: Vec<f64>,
+}
+
+/// The size of a normal force: what holds the gap closed while all else is at zero, of a node that of the body that its spring ties it
+/// to; where no load acts there, the largest load.
+fn pressing(law: &Contact, stiffness: &SparseMatrix, force: &[f64]) -> f64 {
+    let row = law.normal;
+    let own = stiffness.get(row, row);
+    let others = stiffness.row(row).filter(|&(k, _)| !law.normal_has_mass() && k != row);
+    let carried: f64 = others.map(|(k, value)| -value / own * force[k]).sum();
+    let held = (own * law.closed() - force[row] - carried).abs();
+    if held > 0.0 { held } else { max_norm(force) }
 }
 
 impl Scene {
@@ -180,13 +192,12 @@ impl Scene {
         for HiddenDof { contact, dof, mass } in stated.hidden {
             let law = &mut contacts[contact];
             let Some(state) = &stated.contacts[contact].state else { continue };
-            let pull = stiffness.get(law.normal, law.normal) * law.closed();
             law.hidden = law.opens().then_some(dof);
             let own = StateContact::new(
                 state,
                 (law.tangential, law.slider_speed),
                 (dof, mass),
-                (law.opens().then_some(law.normal), (pull - force[law.normal]).abs()),
+                (law.opens().then_some(law.normal), pressing(law, &stiffness, &force)),
             )?;
             states.push((contact, own));
         }
