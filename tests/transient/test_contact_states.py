@@ -228,6 +228,30 @@ def test_bristles_relax_beside_a_spring_as_without_it(element, normal):
     assert panels[1] < 1.2 * panels[0]
 
 
+def test_bristles_of_two_kinds_on_one_body_count_each_by_its_own_norm():
+    """The loss of Bouc and Wen's has the slip speed as a factor, that of Dahl's a deflection, far smaller."""
+    scene = ss.Scene(
+        mass=[1.5, 1.0],
+        stiffness=[[300.0, -100.0], [-100.0, 250.0]],
+        dofs=["x", "y"],
+        contacts=[
+            ss.Contact(
+                tangential={"x": 0.5, "y": 1.0},
+                normal_force=10.0,
+                friction=ss.friction.Dahl(0.3, 7000.0),
+                slider_speed=-0.2,
+            ),
+            ss.Contact(
+                tangential="x", normal_force=7.0, friction=ss.friction.BoucWen(0.6, 160.0), slider_speed=-0.1
+            ),
+        ],
+    )
+    run = ss.simulate(scene, 1.0, ss.steady_sliding(scene).perturbed(velocity={"y": 0.3}))
+    # Dahl's relaxes up to 7000 times; a panel lasts for about six of these.
+    assert len(run.events) == 8
+    assert run.counters["panels"] < 1200
+
+
 def test_bristles_do_not_shorten_panels_of_contacts_that_springs_press():
     """The spring changes one normal force; bristles that relax at 1600 1/s are under another one."""
     contacts = [

@@ -168,11 +168,11 @@ impl Kernel for Bound<'_> {
             };
         }
         // Errors of the polynomials of N, the part of it by rounding where contacts are coupled, and the change of N per norm of the state.
-        let pressed = operator.contacts.iter().filter(|one| !one.is_bare());
-        let pressed_by = pressed.map(|one| one.normal_norm).fold(0.0, f64::max);
-        let of_normals = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
-        let mut of_normals =
-            vec![[of_normals + uncounted * pressed_by, 0.0, pressed_by]; contacts.len()];
+        let of_normal = |(one, sliding): (&LawContact, &Sliding)| {
+            [sliding.beyond + uncounted * one.normal_norm, 0.0, one.normal_norm]
+        };
+        let mut of_normals: Vec<[f64; 3]> =
+            operator.contacts.iter().zip(&*contacts).map(of_normal).collect();
         if let Some(response) = &operator.response {
             coupled(
                 operator,
