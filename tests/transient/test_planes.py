@@ -480,7 +480,7 @@ def test_a_motion_that_friction_may_yet_drive_to_a_stop_has_not_come_to_steady_s
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"normal": "z", "normal_force": None, "normal_stiffness": 1e3}, "normal_stiffness"),
+        ({"normal_stiffness": 1e3}, "normal_stiffness"),
         ({"friction": 0.0, "static_friction": 0.1}, "> 0 in a plane beside static friction"),
         ({"slider_speed": 0.1}, "expected a pair"),
         ({"tangential_stiffness": 1e3, "static_friction": 0.5}, "a tangential_stiffness and a static"),

@@ -186,7 +186,7 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
     """Return contacts with one tangential direction each: friction in a plane as two of them.
 
     Raise `InputError` if the speeds or vibrations of a slider are no pairs, or a contact that opens has
-    springs of its own.
+    a spring along its plane.
     """
     count = [2 if is_in_plane(contact) else 1 for contact in contacts]
     first = [sum(count[:k]) for k in range(len(count))]
@@ -198,11 +198,11 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
             moved = known and contact.beside < len(first) and first[contact.beside] != contact.beside
             found.append(dataclasses.replace(contact, beside=first[contact.beside]) if moved else contact)
             continue
-        spring = next((name for name in SPRINGS if getattr(contact, name) is not None), None)
-        if spring is not None and contact.normal is not None:
+        if contact.tangential_stiffness is not None and contact.normal is not None:
             raise InputError(
-                f"contact {k}: {spring}: friction in a plane has a spring of its own only where its normal"
-                " force does not change; state a normal_force, or tie a dof with a small mass to the body"
+                f"contact {k}: tangential_stiffness: friction in a plane acts on a spring only where the"
+                " normal force does not change; state a normal_force, or tie a dof with a small mass to the"
+                " body"
             )
         speeds = _pair(k, "slider_speed", contact.slider_speed, 0.0)
         waves = _pair(k, "slider_vibration", contact.slider_vibration, None)
@@ -218,7 +218,9 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
             )
             # The first direction has what belongs to the normal one.
             found.append(
-                one if place == 0 else dataclasses.replace(one, normal=None, gap=0.0, restitution=0.0)
+                one
+                if place == 0
+                else dataclasses.replace(one, normal=None, gap=0.0, restitution=0.0, normal_stiffness=None)
             )
     return tuple(found)
 

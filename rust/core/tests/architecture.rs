@@ -27,7 +27,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("numerics", 1530),
     ("linalg", 2010),
     ("scene", 9590),
-    ("contact", 3810),
+    ("contact", 3830),
     ("modes", 2205),
     ("locus", 2630),
     ("motion", 13060),

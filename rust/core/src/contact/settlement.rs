@@ -35,6 +35,8 @@ impl Departure {
             | (Self::Bound(Status::Positive, multiplicity), SlipPositive)
             | (Self::Bound(Status::Negative, multiplicity), SlipNegative)
             | (Self::Bound(Status::Slipping, multiplicity), EventKind::Slip) => multiplicity.into(),
+            // The squares of both forces.
+            (Self::Force(multiplicity), EventKind::Slip) => 2 * usize::from(multiplicity),
             (Self::SlipAndForce, Velocity | Release) => 1,
             _ => 0,
         }

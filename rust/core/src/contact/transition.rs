@@ -85,23 +85,27 @@ pub(crate) fn settle(
         let trigger = of_contact(triggers, contact);
         let before = settlement.statuses[contact];
         let law = &scene.contacts[contact];
+        let opens = matches!(trigger, Some(EventKind::Closing | EventKind::Release));
+        // What opens or closes without mass is settled with its group.
+        let is_settled = opens && !law.normal_has_mass();
         if let Some(plane) = law.plane {
             // The first direction settles both.
             // Velocities that jump elsewhere leave a spring as it is.
             let reached = (impact || switched || jump) && before.is_closed() && !law.is_elastic();
-            let touched = trigger.is_some() || reached;
+            let touched = (trigger.is_some() || reached) && !is_settled;
             if contact < plane.beside && touched {
                 let (after, departure) = match law.is_elastic() {
                     true => settle_spring_in_plane(trigger),
                     false => settle_in_plane(scene, contact, plane, trigger, q, u),
                 };
                 settlement.record(contact, trigger, after, departure);
-                settlement.statuses[plane.beside] = after;
+            }
+            if contact < plane.beside {
+                settlement.statuses[plane.beside] = settlement.statuses[contact];
             }
             continue;
         }
-        let opens = matches!(trigger, Some(EventKind::Closing | EventKind::Release));
-        if !law.tangential_has_mass() || opens && !law.normal_has_mass() {
+        if !law.tangential_has_mass() || is_settled {
             continue;
         }
         // An impact's velocity jump reaches the other contacts through the damping, a switched load all of them.

@@ -139,7 +139,10 @@ pub(crate) fn settle_group(
                 }
                 _ if jump && !before[k].is_closed() && after.is_closed() => {
                     let slip = u[law(k).tangential] - law(k).slider_speed;
-                    let status = sliding_status(slip).unwrap_or(after);
+                    let status = match law(k).plane {
+                        Some(_) => Status::Slipping,
+                        None => sliding_status(slip).unwrap_or(after),
+                    };
                     let closing = Some(EventKind::Closing);
                     settlement.record(contact, closing, status, Departure::None);
                 }
@@ -171,6 +174,12 @@ pub(crate) fn settle_group(
 /// A gap that has closed without force while the slip has mass.
 fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (Status, Departure) {
     let law = &scene.contacts[contact];
+    if let Some(plane) = law.plane {
+        let pulls = |row: usize| scene.reaction_value(row, q, u) != 0.0;
+        let slips =
+            law.slips_in(plane, u) || [law.tangential, plane.tangential].map(pulls) != [false; 2];
+        return (if slips { Status::Slipping } else { Status::Sticking }, Departure::Force(1));
+    }
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
         return (status, Departure::Force(1));
     }

@@ -15,7 +15,7 @@
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, ContactInput, Inertia, Plane};
+use crate::scene::contact_law::{Contact, ContactInput, Plane};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -61,7 +61,7 @@ impl Scene {
             return refused("contacts whose directions depend on each other");
         }
         for (contact, beside) in beside {
-            if self.contacts[contact].inertia != Inertia::Full {
+            if !self.contacts[contact].tangential_has_mass() {
                 return Err(Error::Plane { contact, reason: "dofs without mass on which it acts" });
             }
             let opens = given[contact].normal.is_some() || given[beside].normal.is_some();

@@ -11,8 +11,8 @@ pub(crate) fn with_loops(mut contacts: Vec<ContactInput>) -> Result<Vec<ContactI
         let Some(beside) = contacts[contact].beside else { continue };
         let (law, other) = (&contacts[contact], &contacts[beside]);
         // The first direction changes both.
-        if law.state.is_some() || law.springs == Springs::default() && law.springs == other.springs
-        {
+        let rigid = |law: &ContactInput| law.springs.tangential.is_none();
+        if law.state.is_some() || rigid(law) && rigid(other) {
             continue;
         }
         let stiffness = spring_of(contact, law, other)?;

@@ -15,7 +15,7 @@ use crate::error::input::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, cholesky};
 use crate::linalg::sparse::{SparseMatrix, summed};
-use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
+use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, Inertia};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 
 /// Roundings of one size that may add up in a sum over the coordinates of a group, for each of these.
@@ -81,12 +81,11 @@ impl Massless {
                     coordinate: coordinates[row],
                     pivot,
                 })?;
-                let within = |law: &Contact| {
-                    let own = match law.inertia {
-                        Inertia::None => law.tangential,
-                        _ => law.normal,
-                    };
-                    coordinates.contains(&own)
+                let within = |law: &Contact| match (law.inertia, law.directions) {
+                    (Inertia::None, _) => coordinates.contains(&law.tangential),
+                    // The other direction of a plane has this normal coordinate.
+                    (_, Directions::Tangential) => false,
+                    _ => coordinates.contains(&law.normal),
                 };
                 let contacts = (0..contacts.len()).filter(|&i| within(&contacts[i])).collect();
                 Ok(Group { flexibility: factor.inverse(), contacts, coordinates })
