@@ -38,8 +38,8 @@ const STIFFEST: f64 = 1e4;
 const ALIKE: f64 = 1e-11;
 /// Half of the time over which the rate of a force is a difference, s.
 const STEP: f64 = 1e-6;
-/// Panels among which some have neighbours that follow, without any doubt.
-const MANY: usize = 3000;
+/// Times that motions are drawn at most until some have neighbours that follow, as two of a hundred have.
+const DRAWN: usize = 5;
 /// Units of rounding of a polynomial and of a sum of a few terms.
 const ROUNDING: f64 = 16.0;
 
@@ -212,17 +212,20 @@ fn is_of_planes(law: &FrictionLaw) -> bool {
 /// `make fuzz-panels N=4000` draws more than 10 000 of them.
 #[test]
 fn bounds_in_planes_are_never_below_true_errors() {
-    panels_in_planes();
+    for _ in 0..DRAWN {
+        panels_in_planes();
+        if FOLLOWING.load(Ordering::Relaxed) > 0 {
+            break;
+        }
+    }
     let [panels, beginning, slow, following, by_law, beside] =
         [&MET, &BEGINNING, &SLOW, &FOLLOWING, &BY_LAW, &BESIDE]
             .map(|count| count.load(Ordering::Relaxed));
     println!(
         "{panels} panels, {beginning} from rest, {slow} slower than 1e-4 m/s, {following} with neighbours that follow, {by_law} motions by laws, {beside} beside springs and dampers"
     );
-    let rarest = [beginning, slow, by_law, beside].into_iter().min();
+    let rarest = [beginning, slow, following, by_law, beside].into_iter().min();
     assert!(panels > 10 * beginning.min(slow) && rarest > Some(0));
-    // Two of a hundred motions have such neighbours.
-    assert!(following > 0 || panels < MANY);
 }
 
 proptest! {
