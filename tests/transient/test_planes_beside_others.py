@@ -123,3 +123,31 @@ def test_a_plane_needs_mass_on_its_own_dofs():
     contact = ss.Contact(tangential=("x", "z"), normal_force=1.0, friction=0.5, slider_speed=(0.1, 0.0))
     with pytest.raises(ss.InputError, match="not computed beside dofs without mass on which it acts"):
         ss.Scene(mass=[1.0, 0.0], stiffness=np.eye(2), dofs=("x", "z"), contacts=[contact])
+
+
+@pytest.mark.parametrize(
+    ("share", "spring"), [(0.0, {}), (0.25, {}), (0.0, {"normal_stiffness": 1e4})], ids=str
+)
+def test_a_contact_opens_where_its_cone_only_touches_zero(share, spring):
+    """Sticking without a friction force, or with a part of N, its limit and its force vanish at once."""
+    runs = []
+    for tangential, speed, statuses in (("x", 0.0, "s"), (("x", "y"), (0.0, 0.0), "ss")):
+        pad = ss.Contact(
+            tangential=tangential, normal="z", friction=0.4, slider_speed=speed, name="pad", **spring
+        )
+        scene = ss.Scene(
+            np.ones(3),
+            100.0 * np.eye(3),
+            damping=0.1 * np.eye(3),
+            dofs=["x", "y", "z"],
+            force=[-5.0 * share, 0.0, -5.0],
+            contacts=[pad],
+            loads=[ss.Harmonic({"x": 8.0 * share, "z": 8.0}, 1.0, phase=-np.pi / 2.0)],
+        )
+        runs.append(ss.simulate(scene, 2.0, ss.State(np.zeros(3), np.zeros(3), statuses)))
+    along, plane = (run.events for run in runs)
+    assert "release" in along.kind
+    assert [kind[:4] for kind in plane.kind] == [kind[:4] for kind in along.kind]
+    np.testing.assert_allclose(plane.time, along.time, rtol=1e-11)
+    normal = runs[1].sample(np.linspace(0.0, 2.0, 501)).normal_force
+    assert float(normal.min()) >= 0.0

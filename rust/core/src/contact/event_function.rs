@@ -8,10 +8,11 @@
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
 //! | `o` | N | normal force zero |
 //! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
+//! | `s` in a plane | N | normal force zero |
 //! | `o` on a spring of its own | `-T . w` | the node comes to rest |
 //! | `d` | g | gap closes |
 //!
-//! Both functions of a sticking contact are positive only while N is, so N needs none of its own.
+//! Both functions of a contact that sticks along a line are positive only while N is, so N needs none of its own.
 
 use nalgebra::DMatrix;
 
@@ -207,7 +208,12 @@ fn of_contact(
             let limit = normal.scaled(law.static_friction);
             let limit = part(ConePart::Limit, (n, law.static_friction), limit);
             let force = part(ConePart::Force, (t, 1.0), friction);
-            if contact < plane.beside { vec![force, limit] } else { vec![force] }
+            if contact > plane.beside {
+                return vec![force];
+            }
+            // Without a friction force the cone only touches zero where N falls through it.
+            let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
+            [force, limit].into_iter().chain(releases).collect()
         }
         // Both directions of a plane open and close at once.
         _ if law.shares_normal() => Vec::new(),
