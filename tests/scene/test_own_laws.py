@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import stickslip as ss
-from stickslip.scene.laws.expression import EVALUATED, Variable, joined, parsed, text
+from stickslip.scene.laws.expression import EVALUATED, FUNCTIONS, Variable, joined, parsed, text
 from stickslip.scene.laws.operations import operations, values
 from stickslip.study.sample.fingerprint import fingerprint
 
@@ -80,6 +80,7 @@ def summed(s, slope=2.0):
         (lambda s: (1 + s) / (2 * (3 + s)) / 4, "(1 + s) / (2 * (3 + s)) / 4"),
         (lambda s: 1 / (1 + np.square(s)) - np.reciprocal(4 + s), "1 / (1 + s * s) - 1 / (4 + s)"),
         (lambda s: 1 + np.tanh(-(s * s) / 0.1) - -s, "1 + tanh(-(s * s) / 0.1) - -s"),
+        (lambda s: np.cos(s / 3) - np.arctan(-s) * np.sin(s), "cos(s / 3) - arctan(-s) * sin(s)"),
         (lambda s: -np.negative(s + 1) + np.sqrt(np.log(2.0 + s)), "s + 1 + sqrt(log(2 + s))"),
         (lambda s: np.float64(0.3) * s + 2**0.5, "0.3 * s + 1.4142135623730951"),
         (lambda s, a=2.0, b=3.0: (-a) ** b * -s + a**-2, "(-a)**b * -s + a**-2"),
@@ -111,7 +112,7 @@ LEAVES = st.one_of(
 
 def _grown(trees):
     two = st.tuples(st.sampled_from(["add", "subtract", "multiply", "divide"]), trees, trees)
-    one = st.tuples(st.sampled_from(["negative", "exp", "tanh"]), trees)
+    one = st.tuples(st.sampled_from(["negative", "exp", "tanh", "arctan", "sin", "cos"]), trees)
     power = st.tuples(st.just("power"), trees, st.integers(-3, 3).map(lambda n: ("constant", float(n))))
     return st.one_of(two, one, power)
 
@@ -137,11 +138,11 @@ def test_a_formula_is_read_as_it_is_told_and_its_operations_give_its_value(drawn
     assert len(set(listed)) == len(listed)
     for place, (name, first, second, _) in enumerate(listed):
         assert max(first, second) <= place
-        assert name in ("constant", "add", "subtract", "multiply", "divide", "exp", "log", "tanh", "power")
+        assert name in ("constant", *EVALUATED)
     slots = values(listed, speed)
     with np.errstate(all="ignore"):
         # Numbers as arrays: numpy divides by zero.
-        names = {"exp": np.exp, "tanh": np.tanh, "s": np.float64(speed)}
+        names = {name: getattr(np, name) for name in FUNCTIONS} | {"s": np.float64(speed)}
         names |= {name: np.float64(value) for name, value in numbers.items()}
         expected = float(eval(told, {"__builtins__": {}}, names))
     # Where nothing is far larger than the rest, rounding stays below this.
@@ -171,7 +172,8 @@ def branching(s):
 
 
 BRANCH = "a law cannot branch on the slip speed s >= 0: use Tabulated"
-NO_SIGN = r"is none of \+ - \* / \*\* and exp, log, sqrt, tanh"
+SIGNS = r"\+ - \* / \*\* and exp, log, sqrt, tanh, arctan, sin, cos"
+NO_SIGN = f"is none of {SIGNS}"
 
 
 @pytest.mark.parametrize(
@@ -189,7 +191,7 @@ NO_SIGN = r"is none of \+ - \* / \*\* and exp, log, sqrt, tanh"
         (lambda s: np.interp(s, [0.0, 1.0], [1.0, 2.0]), f"friction: numpy.interp: {BRANCH}"),
         (lambda s: np.clip(s, 0.0, 1.0), f"friction: numpy.clip: {BRANCH}"),
         (lambda s: math.exp(-s), r"friction: .* numpy.exp in place of math.exp"),
-        (lambda s: np.sin(s), f"friction: numpy.sin {NO_SIGN}"),
+        (lambda s: np.sinh(s), f"friction: numpy.sinh {NO_SIGN}"),
         (lambda s: s % 1, f"friction: numpy.remainder {NO_SIGN}"),
         (lambda s: np.add(s, 1.0, where=True), f"friction: numpy.add {NO_SIGN}"),
         (lambda s: 0.3, "friction: 0.3 does not depend on the slip speed s: give the plain number"),
@@ -238,7 +240,7 @@ def test_numbers_beside_a_function_are_its_own():
         STRIBECK.replace(rise=0.3)
 
 
-ONLY = r"friction: formula: expected numbers, names, \+ - \* / \*\* and exp, log, sqrt, tanh, got "
+ONLY = f"friction: formula: expected numbers, names, {SIGNS}, got "
 HOSTILE = {
     "__import__('os').system('true')": ONLY,
     "s.__class__": ONLY + "'s.__class__'",
@@ -248,7 +250,7 @@ HOSTILE = {
     "'text'": ONLY,
     "True * s": ONLY + "'True'",
     "2j * s": ONLY,
-    "sin(s)": ONLY + r"'sin\(s\)'",
+    "sinh(s)": ONLY + r"'sinh\(s\)'",
     "exp(s, s)": ONLY,
     "exp(x=s)": ONLY,
     "exp(*s)": ONLY,

@@ -25,6 +25,8 @@ OWN = {
     "powers": Law(lambda s, v=0.1: 0.3 + 0.2 / np.sqrt(1.0 + (s / v) ** 2)),
     "logarithm": Law(lambda s, v=0.1: 0.5 - 0.05 * np.log(1.0 + s / v)),
     "tanh": Law(lambda s, v=0.1: 0.5 - 0.2 * np.tanh(s / v) ** 2 + 0.01 * s**3),
+    "arctan": Law(lambda s, v=0.1: 0.5 - 0.2 * np.arctan(s / v) ** 2 / (1.0 + s)),
+    "ripples": Law(lambda s, v=0.01: 0.4 + 0.1 * np.sin(s / v) * np.cos(3.0 * s / v)),
     "exponent": Law(lambda s, v=0.1, d=1.7: 0.3 + 0.2 * np.exp(-((0.01 + s / v) ** d))),
 }
 

@@ -1,7 +1,8 @@
-"""Nonlinear springs: free and forced Duffing, two masses with a one-sided spring, a manufactured motion.
+"""Nonlinear springs: Duffing, free and forced, a pendulum, a one-sided spring, a manufactured motion.
 
 The free oscillator ``x'' + x + g x^3 = 0`` from rest at A has the period ``4 K(m) / sqrt(1 + g A^2)`` with
-``m = g A^2 / (2 (1 + g A^2))`` and K the complete elliptic integral. The folds of the forced one are double
+``m = g A^2 / (2 (1 + g A^2))`` and K the complete elliptic integral, the pendulum ``x'' + w^2 sin x = 0``
+the period ``4 K(sin^2(A / 2)) / w``. The folds of the forced one are double
 multipliers 1 of its return map; those of two masses with a one-sided spring are from piecewise matrix
 exponentials, both with residuals below 1e-12.
 """
@@ -38,6 +39,32 @@ def free():
                 computed=run.state(float(period)).position[0],
             )
         )
+    return found
+
+
+def pendulum():
+    """Compare the angle after a period with the start."""
+    found, rate = [], 2.0
+    spring = ss.Spring(0, ss.spring.Law(lambda u, weight=rate**2: weight * np.sin(u)))
+    scene = ss.Scene([1.0], [[0.0]], elements=[spring])
+    for angle in (0.5, 2.0, 3.1):
+        period = 4 * mp.ellipk(mp.sin(decimal(angle) / 2) ** 2) / decimal(rate)
+        run = ss.simulate(scene, float(period), ss.State([angle], [0.0], ""))
+        swing = run.state(0.25 * float(period))
+        found += [
+            Quantity(
+                name=f"angle after a period from {angle:g}",
+                unit="rad",
+                expected=decimal(angle),
+                computed=float(run.state(float(period)).position[0]),
+            ),
+            Quantity(
+                name=f"velocity after a fourth of it from {angle:g}",
+                unit="rad/s",
+                expected=-2 * decimal(rate) * mp.sin(decimal(angle) / 2),
+                computed=float(swing.velocity[0]),
+            ),
+        ]
     return found
 
 
@@ -135,6 +162,16 @@ CASES = [
         model="`x'' + x + g x^3 = 0` from rest at A = 1, 2 and 1 m with g = 1, 0.1 and 0.5 1/m^2.",
         tolerance="Closed form: 1e-12.",
         quantities=free,
+    ),
+    Case(
+        title="Pendulum",
+        source="Closed form by elliptic integrals.",
+        model=(
+            "`x'' + w^2 sin x = 0`, a user's own spring, from rest at A = 0.5, 2 and 3.1 rad with w = 2 1/s. "
+            "The period is `4 K(sin^2(A / 2)) / w`, and the velocity at the bottom `2 w sin(A / 2)`."
+        ),
+        tolerance="Closed form: 1e-12.",
+        quantities=pendulum,
     ),
     Case(
         title="Forced oscillator of Duffing",

@@ -22,12 +22,12 @@ from stickslip.scene.checks import described, real_number
 
 Tree = tuple[Any, ...]
 
+FUNCTIONS = ("exp", "log", "sqrt", "tanh", "arctan", "sin", "cos")
 #: Every operation with how it is evaluated; numpy calls these on an `Expression` too.
 EVALUATED: dict[str, np.ufunc] = {
     name: getattr(np, name)
-    for name in ("add", "subtract", "multiply", "divide", "power", "negative", "exp", "log", "sqrt", "tanh")
+    for name in ("add", "subtract", "multiply", "divide", "power", "negative", *FUNCTIONS)
 }
-FUNCTIONS = ("exp", "log", "sqrt", "tanh")
 _SIGNS: dict[type[ast.AST], str] = {
     ast.Add: "add",
     ast.Sub: "subtract",

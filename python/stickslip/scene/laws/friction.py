@@ -199,8 +199,9 @@ class Law(FormulaLaw, FrictionLaw):
     """A law of your own: mu as a formula of the slip speed s >= 0, m/s, and of named numbers.
 
     A formula has the signs ``+ - * / **``, with exponents that do not depend on s, and the functions exp,
-    log, sqrt and tanh. It has no branches, and is smooth at rest. The numbers are parameters of a scene, such
-    as ``friction_rise`` of all contacts whose law has this number and ``friction_rise_0`` of the first one.
+    log, sqrt, tanh, arctan, sin and cos. It has no branches, and is smooth at rest. The numbers are
+    parameters of a scene, such as ``friction_rise`` of all contacts whose law has this number and
+    ``friction_rise_0`` of the first one.
 
     Parameters
     ----------

@@ -62,8 +62,8 @@ class _Tape:
                 # A constant takes the sign, if there is one.
                 first = self.slot(a, minus and depends(b))
                 return self.put(tree[0], first, self.slot(b, minus and not depends(b)))
-            case ("tanh", a):
-                return self.put("tanh", self.slot(a, minus))
+            case ("tanh" | "arctan" | "sin" as odd, a):
+                return self.put(odd, self.slot(a, minus))
             case ("power", a, b):
                 slot = self.power(a, value_of(self.variable, b, self.numbers))
             case ("sqrt", a):

@@ -260,8 +260,8 @@ class Law(FormulaLaw, SpringLaw):
     """A law of your own: phi as a formula of the stretch u, m, or rate, m/s, and of named numbers.
 
     A formula has the signs ``+ - * / **``, with exponents that do not depend on u, and the functions exp,
-    log, sqrt and tanh. It has no branches, and is smooth where it is used and at u = 0. The numbers are
-    parameters of a scene, such as ``mount_hard`` of an element named "mount".
+    log, sqrt, tanh, arctan, sin and cos. It has no branches, and is smooth where it is used and at u = 0. The
+    numbers are parameters of a scene, such as ``mount_hard`` of an element named "mount".
 
     Parameters
     ----------

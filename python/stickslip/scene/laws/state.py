@@ -192,9 +192,9 @@ class StateLaw(LawWithState):
     """A law of your own with a state z: ``T = -N force(s, z)`` and ``z' = rate(s, z)``.
 
     Both are formulas of the slip velocity s, m/s, and of z, with the signs ``+ - * / **``, with exponents
-    that are numbers, and the functions exp, log, sqrt and tanh. ``abs(s)`` and ``sign(s)`` may stand in them:
-    the instant at which slip turns is an event. Force and rate may not jump there. The contact needs mass
-    along its slip; while it is open, z is 0. It has the statuses ``+`` and ``-``.
+    that are numbers, and the functions exp, log, sqrt, tanh, arctan, sin and cos. ``abs(s)`` and ``sign(s)``
+    may stand in them: the instant at which slip turns is an event. Force and rate may not jump there. The
+    contact needs mass along its slip; while it is open, z is 0. It has the statuses ``+`` and ``-``.
 
     For steady sliding at s there has to be one z at which the rate falls through zero. A motion whose start
     has no `State.internal` begins with it, or with ``z = 0`` where the slip velocity is zero. The energy that

@@ -1,5 +1,6 @@
 //! Intervals with outward rounding, and numbers with two derivatives.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What formulas are evaluated with.
@@ -17,6 +18,10 @@ pub(crate) trait Number:
     /// The power to a constant exponent, of a positive number.
     fn powf(self, exponent: f64) -> Self;
     fn tanh(self) -> Self;
+    fn atan(self) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    fn square(self) -> Self;
 }
 
 impl Number for f64 {
@@ -32,6 +37,18 @@ impl Number for f64 {
     fn tanh(self) -> Self {
         self.tanh()
     }
+    fn atan(self) -> Self {
+        self.atan()
+    }
+    fn sin(self) -> Self {
+        self.sin()
+    }
+    fn cos(self) -> Self {
+        self.cos()
+    }
+    fn square(self) -> Self {
+        self * self
+    }
 }
 
 /// All numbers from `low` to `high`.
@@ -43,6 +60,8 @@ pub(crate) struct Interval {
 
 /// Units in the last place by which a function of the standard library may be off.
 const UNITS: usize = 2;
+/// Distance of an angle from a turn, relative to the angle, that may be none.
+const TURNED: f64 = 1e-12;
 
 impl Interval {
     pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
@@ -59,6 +78,22 @@ impl Interval {
         let widened = |one: Self, _| Self::around(one.low, one.high);
         let ends = Self { low: function(self.low), high: function(self.high) };
         (0..UNITS).fold(ends, widened)
+    }
+
+    /// A sine or a cosine, which is 1 at `top` and every turn from there.
+    fn wave(self, function: impl Fn(f64) -> f64, top: f64) -> Self {
+        let slack = TURNED * (1.0 + self.largest());
+        // Whether a turn from there is within, or next to it.
+        let holds = |at: f64| {
+            let [low, high] = [self.low - slack, self.high + slack].map(|x| (x - at) / TAU);
+            !(high.floor() <= low.floor())
+        };
+        let [first, last] = [self.low, self.high].map(function);
+        let ends = Self { low: first.min(last), high: first.max(last) }.monotone(|x| x);
+        Self {
+            low: if holds(top + PI) { -1.0 } else { ends.low.max(-1.0) },
+            high: if holds(top) { 1.0 } else { ends.high.min(1.0) },
+        }
     }
 
     /// The largest and the smallest absolute value.
@@ -151,6 +186,24 @@ impl Number for Interval {
         let Self { low, high } = self.monotone(f64::tanh);
         Self { low: low.max(-1.0), high: high.min(1.0) }
     }
+
+    fn atan(self) -> Self {
+        self.monotone(f64::atan)
+    }
+
+    fn sin(self) -> Self {
+        self.wave(f64::sin, FRAC_PI_2)
+    }
+
+    fn cos(self) -> Self {
+        self.wave(f64::cos, 0.0)
+    }
+
+    fn square(self) -> Self {
+        let [low, high] = [self.smallest(), self.largest()];
+        let Self { low, high } = Self::around(low * low, high * high);
+        Self { low: low.max(0.0), high }
+    }
 }
 
 /// A function of one argument with its first and second derivative.
@@ -237,5 +290,57 @@ impl<T: Number> Jet<T> {
         let cosine = self.value.exp() + (-self.value).exp();
         let first = T::from(4.0) / (cosine * cosine);
         self.chain(value, first, -(value * first + value * first))
+    }
+
+    pub fn atan(self) -> Self {
+        let first = T::from(1.0) / (T::from(1.0) + self.value.square());
+        let turned = self.value * first * first;
+        self.chain(self.value.atan(), first, -(turned + turned))
+    }
+
+    pub fn sin(self) -> Self {
+        let [sine, cosine] = [self.value.sin(), self.value.cos()];
+        self.chain(sine, cosine, -sine)
+    }
+
+    pub fn cos(self) -> Self {
+        let [sine, cosine] = [self.value.sin(), self.value.cos()];
+        self.chain(cosine, -sine, -cosine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Function = fn(f64) -> f64;
+
+    proptest! {
+        /// A function of an interval holds its values there, and no more than these where the interval is short.
+        #[test]
+        fn functions_of_intervals_hold_their_values(low in -20.0..20.0f64, width in 0.0..8.0f64) {
+            const PARTS: u32 = 400;
+            let interval = Interval { low, high: low + width };
+            let functions: [(Function, Interval); 4] = [
+                (f64::sin, interval.sin()),
+                (f64::cos, interval.cos()),
+                (f64::atan, interval.atan()),
+                (|x| x * x, interval.square()),
+            ];
+            for (function, found) in functions {
+                let values = (0..=PARTS).map(|part| {
+                    function((low + width * f64::from(part) / f64::from(PARTS)).min(interval.high))
+                });
+                let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+                    (a.min(x), b.max(x))
+                });
+                prop_assert!(found.low <= least && most <= found.high, "{found:?}");
+                // The slopes are at most 56.
+                let step = 1e-9 + 56.0 * width / f64::from(PARTS);
+                prop_assert!(least - found.low <= step && found.high - most <= step, "{found:?}");
+            }
+        }
     }
 }

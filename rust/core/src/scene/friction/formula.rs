@@ -30,6 +30,12 @@ pub(crate) enum Operation {
     Power(usize, f64),
     /// The slot that follows holds the square of this one.
     Tangent(usize),
+    /// The second slot holds `1 + x^2`.
+    Arctangent(usize, usize),
+    /// The slot that follows holds the cosine.
+    Sine(usize),
+    /// The slot before holds the sine.
+    Cosine(usize),
 }
 
 /// An operation as it is given: its name, one or two slots, and a number.
@@ -159,6 +165,22 @@ impl Builder {
         }
     }
 
+    /// The slots of both.
+    fn sine_and_cosine(&mut self, slot: usize) -> [usize; 2] {
+        if let Some(value) = self.constant(slot) {
+            return [value.sin(), value.cos()].map(|part| self.push(Operation::Constant(part)));
+        }
+        let known = self.operations.iter().position(|one| *one == Operation::Sine(slot));
+        let sine = known.map_or_else(
+            || {
+                self.push(Operation::Sine(slot));
+                self.push(Operation::Cosine(slot)) - 1
+            },
+            |place| place + 1,
+        );
+        [sine, sine + 1]
+    }
+
     fn given(&mut self, slots: &[usize], given: &GivenOperation) -> Result<usize, Error> {
         let (name, first, second, number) = given;
         let of = |place: usize| {
@@ -184,6 +206,19 @@ impl Builder {
                 }
                 tangent
             }
+            "arctan" => {
+                let slot = of(*first)?;
+                match self.constant(slot) {
+                    Some(value) => self.push(Operation::Constant(value.atan())),
+                    None => {
+                        let square = self.product(slot, slot);
+                        let more = self.affine(square, 1.0, 1.0);
+                        self.push(Operation::Arctangent(slot, more))
+                    }
+                }
+            }
+            "sin" => self.sine_and_cosine(of(*first)?)[0],
+            "cos" => self.sine_and_cosine(of(*first)?)[1],
             _ => return Err(refused("operations", name.clone())),
         })
     }
@@ -202,8 +237,14 @@ impl Builder {
                 | Operation::Exponential(of)
                 | Operation::Logarithm(of)
                 | Operation::Power(of, _) => needed[of] = true,
-                Operation::Tangent(of) => (needed[of], needed[slot + 1]) = (true, true),
-                Operation::Sum(a, b) | Operation::Product(a, b) | Operation::Quotient(a, b) => {
+                Operation::Tangent(of) | Operation::Sine(of) => {
+                    (needed[of], needed[slot + 1]) = (true, true);
+                }
+                Operation::Cosine(of) => (needed[of], needed[slot - 1]) = (true, true),
+                Operation::Sum(a, b)
+                | Operation::Product(a, b)
+                | Operation::Quotient(a, b)
+                | Operation::Arctangent(a, b) => {
                     (needed[a], needed[b]) = (true, true);
                 }
             }
@@ -215,7 +256,7 @@ impl Builder {
             kept.push(moved);
             slots[slot] = kept.len();
         }
-        // The square of a hyperbolic tangent follows it.
+        // The square of a hyperbolic tangent follows it, and the cosine its sine.
         if slots[last] != kept.len() {
             kept.push(Operation::Affine { of: slots[last], factor: 1.0, shift: 0.0 });
         }
@@ -235,6 +276,9 @@ impl Operation {
             Self::Logarithm(of) => Self::Logarithm(slots[of]),
             Self::Power(of, exponent) => Self::Power(slots[of], exponent),
             Self::Tangent(of) => Self::Tangent(slots[of]),
+            Self::Arctangent(of, more) => Self::Arctangent(slots[of], slots[more]),
+            Self::Sine(of) => Self::Sine(slots[of]),
+            Self::Cosine(of) => Self::Cosine(slots[of]),
         }
     }
 
@@ -250,11 +294,14 @@ impl Operation {
             Self::Logarithm(of) => slots[of].ln(),
             Self::Power(of, exponent) => slots[of].powf(exponent),
             Self::Tangent(of) => slots[of].tanh(),
+            Self::Arctangent(of, _) => slots[of].atan(),
+            Self::Sine(of) => slots[of].sin(),
+            Self::Cosine(of) => slots[of].cos(),
         }
     }
 
     /// How far the argument may move from where the slots are on one panel: to half of the distance at which a divisor, or what a
-    /// logarithm or a power is taken of, would vanish, and until an exponential has changed by a factor of e; further, where it is
+    /// logarithm or a power is taken of, would vanish, or an arctangent is infinite, and until an exponential has changed by a factor of e; further, where it is
     /// small, as the factors by which it grows and falls make of its bound at most e^2.
     fn reach(self, slots: &[Jet<f64>]) -> f64 {
         let change = |of: usize, size: f64| match slots[of].first {
@@ -268,7 +315,8 @@ impl Operation {
             | Self::Sum(..)
             | Self::Product(..) => f64::INFINITY,
             Self::Exponential(of) => change(of, 1.0 + (-slots[of].value).max(0.0) / 3.0),
-            Self::Tangent(of) => change(of, 1.0),
+            Self::Tangent(of) | Self::Sine(of) | Self::Cosine(of) => change(of, 1.0),
+            Self::Arctangent(of, more) => change(of, 0.5 * slots[more].value.sqrt()),
             Self::Quotient(_, of) | Self::Logarithm(of) | Self::Power(of, _) => {
                 change(of, 0.5 * slots[of].value.abs())
             }

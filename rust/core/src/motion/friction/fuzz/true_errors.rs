@@ -65,6 +65,28 @@ fn ln(x: Doubled) -> Doubled {
     near.add(off.times(2.0))
 }
 
+fn sine_and_cosine(x: Doubled) -> [Doubled; 2] {
+    let small = x.times(1.0 / 1024.0);
+    let (mut part, mut parts) = (Doubled::from(1.0), [Doubled::default(), Doubled::from(1.0)]);
+    for k in 1..24 {
+        part = part.by(small).over(Doubled::from(k as f64));
+        let sign = if k % 4 < 2 { 1.0 } else { -1.0 };
+        parts[(k + 1) % 2] = parts[(k + 1) % 2].add(part.times(sign));
+    }
+    (0..10).fold(parts, |[sine, cosine], _| {
+        let turned = sine.by(sine).times(-1.0);
+        [sine.by(cosine).times(2.0), cosine.by(cosine).add(turned)]
+    })
+}
+
+fn arctan(x: Doubled) -> Doubled {
+    let near = Doubled::from(x.value().atan());
+    let [sine, cosine] = sine_and_cosine(near);
+    // The angle that is left is as small as its tangent.
+    let off = x.by(cosine).add(sine.times(-1.0));
+    near.add(off.over(cosine.add(x.by(sine))))
+}
+
 /// The coefficient of order k of every slot of a formula, behind those of lower orders.
 pub(super) fn slots(
     operations: &[Operation],
@@ -125,6 +147,22 @@ pub(super) fn slots(
                 let square = |i: usize| inner[i * n + place + 1];
                 let rate = |i: usize| of(a, i).times(i as f64);
                 rate(k).add(minus(sum(&|i| rate(i).by(square(k - i)), 1))).over(order)
+            }
+            Operation::Arctangent(a, _) if k == 0 => arctan(of(a, 0)),
+            Operation::Arctangent(a, more) => {
+                let lower = sum(&|i| here(i).times(i as f64).by(of(more, k - i)), 1).over(order);
+                of(a, k).add(minus(lower)).over(of(more, 0))
+            }
+            Operation::Sine(a) if k == 0 => sine_and_cosine(of(a, 0))[0],
+            Operation::Cosine(a) if k == 0 => sine_and_cosine(of(a, 0))[1],
+            Operation::Sine(a) | Operation::Cosine(a) => {
+                let (other, sign) = match operation {
+                    Operation::Sine(_) => (place + 1, 1.0),
+                    _ => (place - 1, -1.0),
+                };
+                let term =
+                    |i: usize| of(a, i).times(sign * i as f64).by(inner[(k - i) * n + other]);
+                sum(&term, 1).over(order)
             }
         };
         own.push(next);
@@ -299,8 +337,10 @@ fn moved(scene: &Scene, laws: &[(FrictionLaw, usize)], state: &mut [Vec<Doubled>
 
 /// A law of random operations that is no steeper than those of other kinds.
 fn formula() -> impl Strategy<Value = FrictionLaw> {
-    const NAMES: [&str; 8] =
-        ["constant", "add", "multiply", "divide", "exp", "log", "power", "tanh"];
+    const NAMES: [&str; 11] = [
+        "constant", "add", "multiply", "divide", "exp", "log", "power", "tanh", "arctan", "sin",
+        "cos",
+    ];
     let drawn =
         (0..NAMES.len(), any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0f64);
     let tape = proptest::collection::vec(drawn, 1..10);

@@ -10,6 +10,8 @@
 //! logarithm    a_0 l_k = a_k - 1/k sum_{0<i<k} i l_i a_{k-i}                       a l' = a'
 //! power c      k a_0 p_k = sum_{i>0} (c i a_i p_{k-i}) - sum_{0<i<k} a_i (k-i) p_{k-i}    a p' = c a' p
 //! tangent      k t_k = k a_k - sum_{i>0} i a_i w_{k-i},  w = t^2                   t' = (1 - t^2) a'
+//! arctangent   b_0 r_k = a_k - 1/k sum_{0<i<k} i r_i b_{k-i},  b = 1 + a^2         b r' = a'
+//! sine         k s_k = sum_{i>0} i a_i c_{k-i},  k c_k = -sum_{i>0} i a_i s_{k-i}  s' = c a', c' = -s a'
 //! ```
 //!
 //! (Knuth, The Art of Computer Programming 2, 4.7; Griewank and Walther, Evaluating Derivatives, 13.2). The polynomial of a slot
@@ -23,6 +25,8 @@
 //! logarithm    (int |R| + |A - a|) / least
 //! power        max p / min p int |R| / least + |c| max p / least |A - a|
 //! tangent      e^(2 int |A'|) int |R| + |A - a|
+//! arctangent   (int |R| + int |A'| |1 + A^2 - B|) / least B + |A - a|
+//! sine         int (|R_s| + |R_c|) + |A - a|, as both turn about zero
 //! ```
 
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, product_units, scale, size};
@@ -177,6 +181,17 @@ impl FormulaSeries {
                     let lower = convolved(&slots[a].rates, square, k, 1, k - 1);
                     ((1.0 - square[0]) * slots[a].rates[k] - lower) / order
                 }
+                Operation::Arctangent(a, _) if k == 0 => of(a).atan(),
+                Operation::Arctangent(a, more) => {
+                    let more = &slots[more].terms;
+                    (of(a) - convolved(&own.rates, more, k, 1, k - 1) / order) / more[0]
+                }
+                Operation::Sine(a) if k == 0 => of(a).sin(),
+                Operation::Cosine(a) if k == 0 => of(a).cos(),
+                Operation::Sine(a) => convolved(&slots[a].rates, &rest[1].terms, k, 1, k) / order,
+                Operation::Cosine(a) => {
+                    -convolved(&slots[a].rates, &slots[place].terms, k, 1, k) / order
+                }
             };
             let Slot { terms, rates } = &mut rest[0];
             (terms[k], rates[k]) = (value, order * value);
@@ -312,6 +327,29 @@ impl FormulaSeries {
                     };
                     own.times((2.0 * moving).exp()).plus(all[a])
                 }
+                Operation::Arctangent(a, more) => {
+                    let (of, by) = (&self.slots[a], &self.slots[more]);
+                    let moving = sizes[a][0] - of.terms[0].abs();
+                    let divisor = all[more].plus(all[a].times(sizes[a][0] + largest(a)));
+                    let rest = Off {
+                        cut: integral * left_out(&own.rates, &by.terms),
+                        round: UNIT * of_integral * (rates * sizes[more][0] + sizes[a][1]),
+                    };
+                    let start = Off { cut: 0.0, round: FUNCTION * UNIT * own.terms[0].abs() };
+                    let turned = rest.plus(divisor.times(moving)).times(inverse(least(more)));
+                    turned.plus(all[a]).plus(start)
+                }
+                Operation::Sine(a) | Operation::Cosine(a) => {
+                    let first = match operation {
+                        Operation::Sine(_) => slot,
+                        _ => slot - 1,
+                    };
+                    let rest = |of: usize| Off {
+                        cut: integral * left_out(&self.slots[a].rates, &self.slots[of].terms),
+                        round: UNIT * (of_integral * sizes[a][1] * sizes[of][0] + FUNCTION),
+                    };
+                    rest(first).plus(rest(first + 1)).plus(all[a])
+                }
             };
         }
         let last = self.slots.len() - 1;
@@ -355,6 +393,9 @@ impl FormulaSeries {
                     quotient(&product(own, &slopes[a]).map(|c| exponent * c), of(a))
                 }
                 Operation::Tangent(a) => sum(&slopes[a], &product(of(place + 2), &slopes[a]), -1.0),
+                Operation::Arctangent(a, more) => quotient(&slopes[a], of(more)),
+                Operation::Sine(a) => product(of(place + 2), &slopes[a]),
+                Operation::Cosine(a) => product(of(place), &slopes[a]).map(|c| -c),
             });
         }
         slopes[slopes.len() - 1]
