@@ -112,3 +112,23 @@ def test_modes_remain_for_a_body_that_is_held():
     run = ss.simulate(scene, 0.01, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), method="modal")
     series = ss.simulate(scene, 0.01, ss.State([1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], ""), method="taylor")
     assert np.abs(run.state(0.01).velocity - series.state(0.01).velocity).max() <= ACCURACY
+
+
+@pytest.mark.parametrize("method", ["modal", "taylor", "auto"])
+@pytest.mark.parametrize("amplitude", [0.0, 0.5])
+def test_a_damped_body_drifts_to_where_its_momentum_carries_it(method, amplitude):
+    """``x'' + c x' = a sin(w t)`` has an eigenvalue zero, of the place at which the body comes to rest."""
+    c, w, speed = 0.1, 2.0 * np.pi, 0.3
+    load = ss.Harmonic({"x": amplitude}, 1.0, phase=-np.pi / 2.0)
+    scene = ss.Scene(
+        [1.0, 1.0], np.zeros((2, 2)), c * np.eye(2), dofs=["x", "z"], force=[0.0, -1.0], loads=[load]
+    )
+    run = ss.simulate(scene, 12.0, ss.State([0.0, 0.5], [speed, 0.0], ""), method=method)
+    t = np.linspace(0.0, 12.0, 601)
+    decay, part = np.exp(-c * t), amplitude / (c * c + w * w)
+    place = speed * (1.0 - decay) / c
+    place += part * (c * (1.0 - np.cos(w * t)) / w - np.sin(w * t) + w * (1.0 - decay) / c)
+    velocity = speed * decay + part * (c * np.sin(w * t) - w * np.cos(w * t) + w * decay)
+    sample = run.sample(t)
+    np.testing.assert_allclose(sample.position[:, 0], place, atol=ACCURACY)
+    np.testing.assert_allclose(sample.velocity[:, 0], velocity, atol=ACCURACY)

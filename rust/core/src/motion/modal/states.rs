@@ -55,8 +55,8 @@ impl ModalMotion {
         let force = self.force(basis, r / GROUP).get(r % GROUP);
         let linear = basis.references[self.reference].linear[r / GROUP].get(r % GROUP);
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
-        // the static part, is larger than what moves.
-        if force.norm_sqr() <= STATIC * (lambda * z).norm_sqr()
+        // the static part, is larger than what moves, or lambda is zero.
+        if force.norm_sqr() < STATIC * (lambda * z).norm_sqr()
             && linear.norm_sqr() <= STATIC * (lambda * dz).norm_sqr()
         {
             let inverse = basis.inverse.get(r);
