@@ -151,3 +151,59 @@ def test_a_contact_opens_where_its_cone_only_touches_zero(share, spring):
     np.testing.assert_allclose(plane.time, along.time, rtol=1e-11)
     normal = runs[1].sample(np.linspace(0.0, 2.0, 501)).normal_force
     assert float(normal.min()) >= 0.0
+
+
+def test_a_frictionless_plane_closes_on_its_spring_as_a_stop_does():
+    """No friction begins where it closes, also where nothing slides."""
+    runs = []
+    for contact in (
+        ss.Contact(
+            tangential=("x", "y"), normal="z", friction=0.0, slider_speed=(0.0, 0.0), normal_stiffness=1e3
+        ),
+        ss.Contact(normal="z", normal_stiffness=1e3),
+    ):
+        scene = ss.Scene(
+            np.ones(3),
+            np.diag([100.0, 0.0, 10.0]),
+            damping=0.1 * np.eye(3),
+            dofs=["x", "y", "z"],
+            force=[0.0, 0.0, -4.0],
+            contacts=[contact],
+        )
+        start = ss.State([0.0, 0.0, 0.5], np.zeros(3), "d" * len(scene.contacts))
+        runs.append(ss.simulate(scene, 2.0, start))
+    assert runs[0].events.kind.tolist() == ["closing", "release", "closing", "release", "closing"]
+    np.testing.assert_allclose(runs[0].events.time, runs[1].events.time, rtol=1e-12)
+
+
+def test_three_equal_pads_come_to_rest_at_one_instant():
+    """The last of them does so in a phase whose other slips have ended where it begins."""
+    pads, force, load = [], [], {}
+    for i in range(3):
+        pads.append(
+            ss.Contact(
+                tangential=(f"x{i}", f"y{i}"),
+                normal=f"z{i}",
+                friction=0.5,
+                slider_speed=(0.1, 0.0),
+                normal_stiffness=1e3,
+                name=f"pad{i}",
+            )
+        )
+        force += [0.0, 0.0, -1.0]
+        load |= {f"x{i}": 0.5, f"z{i}": 2.0}
+    scene = ss.Scene(
+        np.ones(9),
+        np.diag([100.0, 0.0, 10.0] * 3),
+        damping=ss.Rayleigh(mass=0.1),
+        dofs=[f"{name}{i}" for i in range(3) for name in "xyz"],
+        force=force,
+        contacts=pads,
+        loads=[ss.Harmonic(load, 0.5, phase=-np.pi / 2.0)],
+    )
+    position = np.tile([0.0, 0.0, -1e-3], 3)
+    run = ss.simulate(scene, 2.0, ss.State(position, np.zeros(9), "oooooo"))
+    assert "velocity" in run.events.kind
+    state = run.state(2.0)
+    for values in (state.position, state.velocity):
+        np.testing.assert_allclose(np.reshape(values, (3, 3)), np.tile(values[:3], (3, 1)), atol=1e-11)

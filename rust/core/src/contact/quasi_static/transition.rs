@@ -176,8 +176,9 @@ fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (St
     let law = &scene.contacts[contact];
     if let Some(plane) = law.plane {
         let pulls = |row: usize| scene.reaction_value(row, q, u) != 0.0;
-        let slips =
-            law.slips_in(plane, u) || [law.tangential, plane.tangential].map(pulls) != [false; 2];
+        let slips = law.static_friction == 0.0
+            || law.slips_in(plane, u)
+            || [law.tangential, plane.tangential].map(pulls) != [false; 2];
         return (if slips { Status::Slipping } else { Status::Sticking }, Departure::Force(1));
     }
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {

@@ -451,6 +451,11 @@ impl LawMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
+        if self.stopped.is_some() {
+            // No series begins here.
+            panel.reset(self.taylor.width, functions.len());
+            return;
+        }
         match &operator.taylor.dense {
             Some(rows) => self.expand_rows(operator, rows, functions, panel),
             None => {
