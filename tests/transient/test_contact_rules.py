@@ -175,3 +175,27 @@ def test_a_paradox_is_reported_with_the_motion_up_to_it(method):
     assert middle.position[0] == pytest.approx(0.05 * onset, rel=20 * EPS)
     # Below the critical friction the same scene runs on.
     assert ss.simulate(scene.replace(friction=1.4), 1.0, start, method=method).stop_reason == "duration"
+
+
+@pytest.mark.parametrize("tangential", [None, "y", ("y", "z")])
+@pytest.mark.parametrize("gap", [0.0, 0.1, 0.3, 0.7])
+def test_a_plastic_impact_where_the_mass_would_rest_leaves_it_there(tangential, gap):
+    """Its normal force is zero but for rounding, which neither opens the contact for good nor without end."""
+    friction = {} if tangential is None else {"friction": 0.5, "slider_speed": np.zeros(np.size(tangential))}
+    if isinstance(tangential, str):
+        friction["slider_speed"] = 0.0
+    contact = ss.Contact(tangential=tangential, normal="x", gap=gap, restitution=0.0, **friction)
+    scene = ss.Scene(
+        [1.0, 1.0, 1.0],
+        np.diag([100.0, 50.0, 30.0]),
+        damping=0.2 * np.eye(3),
+        force=[-100.0 * gap, 0.0, 0.0],
+        dofs=["x", "y", "z"],
+        contacts=[contact],
+    )
+    run = ss.simulate(scene, 5.0, ss.State([0.5, 0.0, 0.0], np.zeros(3), "d" * len(scene.contacts)))
+    assert run.stop_reason == "duration"
+    assert run.events.kind[0] == "impact"
+    state = run.state(5.0)
+    assert state.position[0] == pytest.approx(-gap, abs=1e-15)
+    assert abs(state.velocity[0]) < 1e-14

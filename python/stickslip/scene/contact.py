@@ -240,7 +240,7 @@ def steady_coefficients(contacts: Sequence[Contact]) -> list[float]:
 
 def _pair(contact: int, field: str, value: Any, none: Any) -> tuple[Any, Any]:
     """Return what a slider has along both directions; `none` is the default of one."""
-    if value is none or value == none:
+    if np.ndim(value) == 0 and value == none:
         return none, none
     if isinstance(value, tuple | list | np.ndarray) and len(value) == 2:
         return value[0], value[1]

@@ -1,5 +1,6 @@
 //! The transitions of contacts at an event: the one place where statuses change.
 
+use crate::contact::contact_forces::reaction;
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
@@ -230,15 +231,18 @@ fn settle_in_plane(
         return (Status::Detached, Departure::Gap(1));
     }
     let normal_force = scene.reaction_value(law.normal, q, u);
-    if normal_force < 0.0 {
+    let touches = touches(scene, law.normal, trigger, normal_force, q, u);
+    if normal_force < 0.0 && !touches {
         return (Status::Detached, Departure::Gap(2));
     }
+    let normal_force = if touches { 0.0 } else { normal_force };
+    let departure = if touches { Departure::Force(1) } else { Departure::None };
     let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
     let exceeds = required[0].hypot(required[1]) > law.static_friction * normal_force;
     let slips = law.slips_in(plane, u) || law.static_friction == 0.0;
     match slips || trigger == Some(EventKind::Slip) || exceeds {
-        true => (Status::Slipping, Departure::None),
-        false => (Status::Sticking, Departure::None),
+        true => (Status::Slipping, departure),
+        false => (Status::Sticking, departure),
     }
 }
 
@@ -306,6 +310,12 @@ fn settle_contact(
         return Ok((Status::Detached, Departure::Gap(1)));
     }
     let normal_force = scene.reaction_value(law.normal, q, u);
+    if touches(scene, law.normal, trigger, normal_force, q, u) {
+        let (status, departure) = settle_closed(scene, time, contact, before, 0.0, q, u)?;
+        let both = matches!(departure, Departure::Slip(_));
+        let departure = if both { Departure::SlipAndForce } else { Departure::Force(1) };
+        return Ok((status, departure));
+    }
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
     }
@@ -313,6 +323,34 @@ fn settle_contact(
         // Its letter says nothing, and no event elsewhere changes it.
         return Ok((before, Departure::None));
     }
+    settle_closed(scene, time, contact, before, normal_force, q, u)
+}
+
+/// Whether a contact that stays closed after an impact begins without a normal force, but for rounding, as at the place where its
+/// body would rest without it.
+fn touches(
+    scene: &Scene,
+    normal: usize,
+    trigger: Option<EventKind>,
+    normal_force: f64,
+    q: &[f64],
+    u: &[f64],
+) -> bool {
+    matches!(trigger, Some(EventKind::Impact | EventKind::Accumulation))
+        && normal_force.abs() <= NODE_ROUNDING * reaction(scene, normal).magnitude(q, u)
+}
+
+/// The status of a contact along a line that is closed under a normal force.
+fn settle_closed(
+    scene: &Scene,
+    time: f64,
+    contact: usize,
+    before: Status,
+    normal_force: f64,
+    q: &[f64],
+    u: &[f64],
+) -> Result<(Status, Departure), RunFailure> {
+    let law = &scene.contacts[contact];
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
         return Ok((status, Departure::None));
     }
