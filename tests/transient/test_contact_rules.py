@@ -199,3 +199,21 @@ def test_a_plastic_impact_where_the_mass_would_rest_leaves_it_there(tangential, 
     state = run.state(5.0)
     assert state.position[0] == pytest.approx(-gap, abs=1e-15)
     assert abs(state.velocity[0]) < 1e-14
+
+
+@pytest.mark.parametrize(
+    "law", [ss.friction.Dahl(kinetic=0.5, stiffness=1e3), ss.friction.Law(lambda s: 0.5 * np.tanh(s / 0.05))]
+)
+def test_friction_that_vanishes_at_rest_closes_where_nothing_slides(law):
+    """Bounces come to an end on a slider at rest, with a slip velocity and a friction force of zero."""
+    contact = ss.Contact(tangential="x", normal="z", friction=law, slider_speed=0.0, restitution=0.5)
+    scene = ss.Scene(
+        [1.0, 1.0], np.diag([100.0, 0.0]), force=[0.0, -4.0], dofs=["x", "z"], contacts=[contact]
+    )
+    run = ss.simulate(scene, 3.0, ss.State([0.0, 0.5], [0.0, 0.0], "d"))
+    assert run.events.kind[-1] == "accumulation"
+    # t (1 + e) / (1 - e), where the first fall takes t = 1/2.
+    assert run.events.time[-1] == pytest.approx(0.5 * (1.0 + 2.0), rel=1e-12)
+    state = run.state(3.0)
+    assert state.combination in "+-"
+    assert state.position[0] == state.velocity[0] == 0.0

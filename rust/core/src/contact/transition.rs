@@ -366,6 +366,9 @@ fn settle_closed(
         Ok((Status::Positive, Departure::Slip(1)))
     } else if required_friction < -limit {
         Ok((Status::Negative, Departure::Slip(1)))
+    } else if law.static_friction == 0.0 && required_friction == 0.0 {
+        // Nothing moves it, and friction that vanishes at rest needs no force.
+        Ok((Status::Positive, Departure::Slip(1)))
     } else {
         Err(RunFailure::NoConsistentStatus { contact, time, normal_force, required_friction })
     }
