@@ -14,6 +14,10 @@ pub(super) const REACH: f64 = 3.0;
 /// Roundings that are allowed for each panel before.
 const PER_PANEL: usize = 8;
 
+/// Steps of Newton's method to a root of a sum of squares, and the largest one, of the panel.
+const NEWTON: usize = 3;
+const POLISHED: f64 = 1e-6;
+
 /// The rounding of a sum with this many operations after a number of panels, relative to the sum of its absolute terms.
 #[inline(always)]
 pub(super) fn rounding(operations: usize, panels: u32) -> f64 {
@@ -42,6 +46,8 @@ pub(crate) struct Panel {
     pub curvature_error: Vec<f64>,
     /// Stretches passed over as a whole so far.
     pub leaps: usize,
+    /// What sums of squares are made of: the function of the sum, its sign, and a polynomial.
+    squares: Vec<(usize, f64, [f64; COEFFICIENTS])>,
 }
 
 impl Panel {
@@ -72,6 +78,7 @@ impl Panel {
             for &(function, sign) in parts {
                 let (row, off) = (*self.row(function), self.error[function]);
                 let size: f64 = row.iter().map(|c| c.abs()).sum();
+                self.squares.push((first, sign, row));
                 for (k, c) in cone.iter_mut().enumerate() {
                     *c += sign * (0..=k).map(|i| row[i] * row[k - i]).sum::<f64>();
                 }
@@ -91,9 +98,31 @@ impl Panel {
         }
     }
 
+    /// A root of a function; that of a sum of squares by Newton's method from the root that it has without its highest orders, which
+    /// belong to twice the frequency of its parts.
+    pub fn polished(&self, function: usize, root: f64) -> f64 {
+        let mut at = root;
+        for _ in 0..NEWTON {
+            let parts = self.squares.iter().filter(|part| part.0 == function);
+            let (value, slope) = parts.fold((0.0, 0.0), |(value, slope), (_, sign, row)| {
+                let (p, dp) =
+                    row.iter().rev().fold((0.0, 0.0), |(p, dp), c| (p * at + c, dp * at + p));
+                (value + sign * p * p, slope + 2.0 * sign * p * dp)
+            });
+            let step = value / slope;
+            // Where it has another multiplicity than one, the root stays what it is.
+            if !(step.abs() <= POLISHED) {
+                break;
+            }
+            at = (at - step).clamp(0.0, 1.0);
+        }
+        if (at - root).abs() <= POLISHED { at } else { root }
+    }
+
     #[inline]
     pub(super) fn reset(&mut self, width: f64, functions: usize) {
         self.width = width;
+        self.squares.clear();
         if self.excluded.len() != functions {
             self.resize(functions);
         }

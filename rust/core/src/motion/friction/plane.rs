@@ -56,6 +56,9 @@ pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
 pub(super) const STIFF: f64 = 40.0;
 const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
+/// An order of a slip that begins, relative to all of them, that is rounding; and the highest power with which slip begins.
+const VANISHES: f64 = 1e-14;
+const MOST: usize = 8;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
 /// A bound of the slope of a law from below has this rounding.
@@ -677,11 +680,14 @@ impl PlaneSeries {
         std::array::from_fn(|k| speed[k] + turned[k] - a[k])
     }
 
-    /// Where friction depends on the slip speed: its law, and that along the panel.
+    /// Where friction depends on the slip speed: its law, and that along the panel; not on the last panel of a slip, whose force is constant.
     pub(super) fn law_of_speed<'a>(
         &'a self,
         one: &'a PlaneContact,
     ) -> Option<(&'a FrictionLaw, &'a LawSeries)> {
+        if matches!(self.course, Course::Ends(_)) {
+            return None;
+        }
         Some((one.law.as_ref()?, &self.of_speed.as_ref()?.series))
     }
 
@@ -884,7 +890,7 @@ impl PlaneSeries {
     ) -> OfDirection {
         let power = match self.course {
             Course::Slips => 0,
-            Course::Begins(power) => power,
+            Course::Begins(power) => self.power(power),
             Course::Follows => return self.error_of_following(one, units, width),
             // R is constant to rounding.
             Course::Ends(force) => {
@@ -913,6 +919,7 @@ impl PlaneSeries {
             + beyond(&self.along, &self.along, COEFFICIENTS) * squared
             + of_square * sized;
         let of_product = beyond(&self.ratio, &self.along, COEFFICIENTS);
+        let apart = self.slip.iter().flat_map(|of| &of[..power]).map(|c| c.abs()).sum();
         let terms = (size(&self.ratio) * size(&a) + size(&b)) / least
             + sized * squared
             + size(&self.ratio) * size(&self.along);
@@ -920,8 +927,18 @@ impl PlaneSeries {
             cut: of_ratio + root + of_product,
             round: UNIT * units * terms,
             force: limit * self.last_of_direction(),
-            ..OfDirection::default()
+            defect: 0.0,
+            apart,
         }
+    }
+
+    /// The power of time with which slip begins, at least the one given: higher where the forces on the contact are at its limit for more
+    /// than an instant, as at a start from rest.
+    fn power(&self, least: usize) -> usize {
+        let [a, _] = &self.slip;
+        let vanishes = VANISHES * size(a);
+        let found = (least..=MOST).find(|&k| a[k].abs() > vanishes);
+        found.unwrap_or(least)
     }
 
     /// The last order of the direction, which is not integrated.

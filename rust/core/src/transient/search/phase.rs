@@ -132,6 +132,7 @@ impl PhaseSearch {
             }
             self.triggers.clear();
             if let Some((index, at)) = found {
+                let at = self.on_panel.panel.polished(index, at);
                 for (other, function) in functions.iter().enumerate() {
                     if other == index || self.on_panel.vanishes(other, function.trigger, at) {
                         self.triggers.push((function.contact, function.trigger));
