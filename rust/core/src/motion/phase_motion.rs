@@ -208,10 +208,10 @@ impl Motion {
         let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };
         let law = self.law.as_mut()?;
         let scene = self.bases[self.current].scene(&self.scene);
-        while law.stopped(operator).is_none() && law.end() < most {
+        while law.stopped(operator).is_empty() && law.end() < most {
             law.advance(scene, operator);
         }
-        (law.stopped(operator) == Some(contact)).then(|| law.start())
+        law.stopped(operator).contains(&contact).then(|| law.start())
     }
 
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
@@ -253,11 +253,11 @@ impl CoupledMotion<'_> {
         !matches!(self.kind, Kind::Law(..))
     }
 
-    /// The contact in a plane whose slip has ended where the panel begins.
-    pub fn stopped(&self) -> Option<usize> {
+    /// The contacts in planes whose slip has ended where the panel begins.
+    pub fn stopped(&self) -> Vec<usize> {
         match &self.kind {
             Kind::Law(motion, operator) => motion.stopped(operator),
-            _ => None,
+            _ => Vec::new(),
         }
     }
 

@@ -35,6 +35,8 @@ const UNRESOLVED: f64 = 8.0;
 /// Units of rounding of the velocities below which a slip in a plane has ended: the coefficients and the width of a panel that is
 /// shortened a dozen times have rounded twice each.
 const AT_REST: f64 = 32.0;
+/// Difference of the times to the ends of two slips, relative to them, below which both end with the same panel.
+const SAME_END: f64 = 1e-6;
 
 impl LawMotion {
     /// Lets the directions of slow slips, and deflections of bristles, follow from their balances, on a wider panel, where they have
@@ -234,9 +236,11 @@ impl LawMotion {
         let ends = ends.filter_map(|(place, (one, series))| {
             Some((place, series.end(one, [width, panel], rate, [constant, unresolved])?))
         });
-        let Some((place, time)) = ends.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-        let others = self.planes.iter_mut().enumerate().filter(|&(other, _)| other != place);
-        others.for_each(|(_, series)| series.end_later());
+        let ends: Vec<(usize, f64)> = ends.collect();
+        let first = ends.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some(&(place, time)) = first else { return };
+        let later = ends.iter().filter(|other| other.1 > time * (1.0 + SAME_END));
+        later.for_each(|&(other, _)| self.planes[other].end_later());
         self.taylor.begin_within(time / self.taylor.width);
         self.recur(scene, operator);
         self.stopping = Some(place);

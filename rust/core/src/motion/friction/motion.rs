@@ -164,9 +164,9 @@ pub(crate) struct LawMotion {
     /// Width of the panel on which directions of slow slips or deflections followed last, and the time before which this is not tried again, s.
     pub(super) followed: f64,
     pub(super) untried_until: f64,
-    /// The one whose slip ends with the panel, and the one whose slip has ended.
+    /// The one whose slip ends with the panel, and those whose slips have ended.
     pub(super) stopping: Option<usize>,
-    stopped: Option<usize>,
+    stopped: Vec<usize>,
     /// The time left to its end, times the rate of the motion, over which forces on a slip count as constant.
     pub(super) constant: f64,
     /// Velocity beyond which the motion is given up, where there is one.
@@ -241,7 +241,8 @@ impl LawMotion {
         let own = operator.taylor.equation.scene(scene);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
-        (self.stopping, self.stopped, self.constant) = (None, None, CONSTANT);
+        (self.stopping, self.constant) = (None, CONSTANT);
+        self.stopped.clear();
         (self.share, self.left_out) = (1.0, 0.0);
         (self.followed, self.untried_until) = (f64::INFINITY, 0.0);
         self.planes.resize_with(operator.planes.len(), PlaneSeries::default);
@@ -258,7 +259,7 @@ impl LawMotion {
             let pressing = one.pressing(|place| operator.contacts[place].excess(q, u));
             let limit = one.limit.value(q, u) + pressing;
             if series.begin(one, u, &self.taylor.origin, (limit, reaction)) {
-                self.stopped = Some(place);
+                self.stopped.push(place);
             }
             if one.is_negative_at(u) {
                 self.ended = Some((LawOf::Contact(one.contacts[0]), LawEnd::Negative));
@@ -327,9 +328,9 @@ impl LawMotion {
         Some([0, 1].map(|i| (coordinates[i], by_slip[i])))
     }
 
-    /// The contact in a plane whose slip has ended here.
-    pub fn stopped(&self, operator: &LawOperator) -> Option<usize> {
-        self.stopped.map(|place| operator.planes[place].contacts[0])
+    /// The contacts in planes whose slips have ended here.
+    pub fn stopped(&self, operator: &LawOperator) -> Vec<usize> {
+        self.stopped.iter().map(|&place| operator.planes[place].contacts[0]).collect()
     }
 
     /// Whose law does not hold from here on, and why.
@@ -345,7 +346,7 @@ impl LawMotion {
     /// The series on the next panel, and how far it holds.
     pub(super) fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.width = operator.taylor.width();
-        if self.stopped.is_some() {
+        if !self.stopped.is_empty() {
             return;
         }
         self.share = self.share.min(operator.widest());
@@ -442,6 +443,8 @@ impl LawMotion {
     pub(super) fn shorten(&mut self, factor: f64) {
         let unit = self.unit;
         self.shortenings += 1;
+        // No slip ends with a part of its last panel.
+        self.stopping = None;
         unit.run(Shorten { motion: self, powers: powers(factor) });
     }
 
@@ -451,7 +454,7 @@ impl LawMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        if self.stopped.is_some() {
+        if !self.stopped.is_empty() {
             // No series begins here.
             panel.reset(self.taylor.width, functions.len());
             return;
@@ -552,7 +555,11 @@ impl LawMotion {
     pub fn advance(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.step(&operator.taylor);
         self.ended = self.ended.or(self.ends.take());
-        self.stopped = self.stopping.take();
+        self.stopped.clear();
+        if self.stopping.take().is_some() {
+            let ended = self.planes.iter().enumerate().filter(|(_, series)| series.ends());
+            self.stopped.extend(ended.map(|(place, _)| place));
+        }
         if operator.states.is_none() && self.planes.iter().any(PlaneSeries::begins) {
             // A slip that has begun is among those that may follow.
             self.untried_until = self.start();
@@ -585,7 +592,7 @@ impl LawMotion {
             self.advance(scene, operator);
             stalled = if self.goes_on_from(before) { 0 } else { stalled + 1 };
         }
-        time <= self.end() || self.stopped.is_some()
+        time <= self.end() || !self.stopped.is_empty()
     }
 
     /// Whether the time shows a panel that follows another one, which ended at `before`.
@@ -605,7 +612,7 @@ impl LawMotion {
     }
 
     fn is_known_to_its_start_alone(&self) -> bool {
-        self.stopped.is_some()
+        !self.stopped.is_empty()
             || matches!(self.ended, Some((_, LawEnd::Unresolved | LawEnd::Undefined)))
     }
 }

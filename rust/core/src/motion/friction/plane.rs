@@ -448,6 +448,10 @@ impl PlaneSeries {
         k == 0 || !matches!(self.course, Course::Slips | Course::Ends(_))
     }
 
+    pub(super) fn ends(&self) -> bool {
+        matches!(self.course, Course::Ends(_))
+    }
+
     pub(super) fn begins(&self) -> bool {
         matches!(self.course, Course::Begins(_))
     }

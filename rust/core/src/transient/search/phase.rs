@@ -81,9 +81,10 @@ impl PhaseSearch {
             let width = self.on_panel.panel.width;
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
-            if let Some(contact) = motion.stopped() {
+            let stopped = motion.stopped();
+            if !stopped.is_empty() {
                 self.triggers.clear();
-                self.triggers.push((contact, EventKind::Velocity));
+                self.triggers.extend(stopped.into_iter().map(|one| (one, EventKind::Velocity)));
                 self.limits.clear();
                 motion.state(0.0, &mut run.q, &mut run.u);
                 return PhaseEnd::Event { after: motion.start() };

@@ -311,7 +311,7 @@ proptest! {
         let speed = |u: &[f64]| operator.planes.iter().map(|one| one.speed(u)).fold(1.0, f64::min);
         let mut slowest = 1.0f64;
         'panels: for place in 0..PANELS {
-            if motion.stopped(operator).is_some() || motion.exhausted().is_some() {
+            if !motion.stopped(operator).is_empty() || motion.exhausted().is_some() {
                 break;
             }
             motion.expand(operator, functions, &mut panel);
