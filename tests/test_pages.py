@@ -132,18 +132,20 @@ def stated(page):
     return found
 
 
+PEERS = [name for name in SHORT if name.startswith("docs/comparisons/")]
+
+
 def test_tables_of_a_comparison_state_one_commit_and_one_build():
-    pages_of_peers = [page for name, page in SHORT.items() if name.startswith("docs/comparisons/")]
-    assert len(pages_of_peers) == 5
-    for page in pages_of_peers:
+    assert len(PEERS) == 5
+    for page in map(SHORT.get, PEERS):
         assert [name for name, _ in WRITTEN.findall(page.read_text(encoding="utf-8"))] == [page.stem]
         assert len(stated(page)) == 1
 
 
 def test_no_measured_page_holds_a_number_of_another_build():
-    """All blocks of `make bench` are of one commit; outside of them no page that is measured has a table."""
-    pages_of_bench = (*MEASURED, "docs/stability-boundaries.md")
-    builds = {name: {build.rpartition(",")[0] for build in stated(SHORT[name])} for name in pages_of_bench}
+    """All of `make bench` and `make compare` is of one commit; no measured page has another table."""
+    written = (*MEASURED, "docs/stability-boundaries.md", *PEERS)
+    builds = {name: {build.rpartition(",")[0] for build in stated(SHORT[name])} for name in written}
     assert all(builds.values())
     assert len(set.union(*builds.values())) == 1, builds
     for name in MEASURED:
