@@ -56,6 +56,8 @@ pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
 pub(super) const STIFF: f64 = 40.0;
 const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
+/// The part of a slip that a panel leaves of it, at least, unless it ends it.
+const NEAREST: f64 = 0.2;
 /// An order of a slip that begins, relative to all of them, that is rounding; and the highest power with which slip begins.
 const VANISHES: f64 = 1e-14;
 const MOST: usize = 8;
@@ -909,7 +911,8 @@ impl PlaneSeries {
         };
         let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
         let least = lowest(&a);
-        if !(least > 0.0) {
+        // Slip that passes through rest does so as one that ends, never by the rounding of a panel.
+        if !(least > NEAREST * a[0]) {
             return OfDirection { cut: f64::INFINITY, ..OfDirection::default() };
         }
         let first = COEFFICIENTS - power;
