@@ -33,8 +33,8 @@ const BEYOND: f64 = 1.25;
 /// Units of rounding of a state below which a slip in a plane is at rest.
 const UNRESOLVED: f64 = 8.0;
 /// Units of rounding of the velocities below which a slip in a plane has ended: the coefficients and the width of a panel that is
-/// shortened a dozen times have rounded twice each.
-const AT_REST: f64 = 32.0;
+/// shortened a dozen times have rounded twice each, and no panel takes a faster slip through rest.
+const AT_REST: f64 = 512.0;
 /// Difference of the times to the ends of two slips, relative to them, below which both end with the same panel.
 const SAME_END: f64 = 1e-6;
 
@@ -236,11 +236,14 @@ impl LawMotion {
         let ends = ends.filter_map(|(place, (one, series))| {
             Some((place, series.end(one, [width, panel], rate, [constant, unresolved])?))
         });
-        let ends: Vec<(usize, f64)> = ends.collect();
-        let first = ends.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some(&(place, time)) = first else { return };
-        let later = ends.iter().filter(|other| other.1 > time * (1.0 + SAME_END));
-        later.for_each(|&(other, _)| self.planes[other].end_later());
+        let ends: Vec<(usize, (f64, bool))> = ends.collect();
+        let first = ends.iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let Some(&(place, (time, rests))) = first else { return };
+        for &(other, (at, also)) in &ends {
+            if at > time * (1.0 + SAME_END) && !(rests && also) {
+                self.planes[other].end_later();
+            }
+        }
         self.taylor.begin_within(time / self.taylor.width);
         self.recur(scene, operator);
         self.stopping = Some(place);

@@ -56,8 +56,6 @@ pub(super) const NO_TIME: f64 = 8.0 * f64::EPSILON;
 pub(super) const STIFF: f64 = 40.0;
 const FOLLOWED: f64 = 4.0;
 const REMAINS: f64 = 0.5;
-/// The part of a slip that a panel leaves of it, at least, unless it ends it.
-const NEAREST: f64 = 0.2;
 /// An order of a slip that begins, relative to all of them, that is rounding; and the highest power with which slip begins.
 const VANISHES: f64 = 1e-14;
 const MOST: usize = 8;
@@ -911,8 +909,7 @@ impl PlaneSeries {
         };
         let [a, b] = [part(&self.slip[0]), part(&self.slip[1])];
         let least = lowest(&a);
-        // Slip that passes through rest does so as one that ends, never by the rounding of a panel.
-        if !(least > NEAREST * a[0]) {
+        if !(least > 0.0) {
             return OfDirection { cut: f64::INFINITY, ..OfDirection::default() };
         }
         let first = COEFFICIENTS - power;
@@ -986,15 +983,15 @@ impl PlaneSeries {
         }
     }
 
-    /// The time until slip ends where that is so short that the forces on the contact are constant; the next panel then
-    /// ends with it.
+    /// The time until slip ends where that is so short that the forces on the contact are constant, and whether it is slower than
+    /// velocities are resolved; the next panel then ends with it.
     pub(super) fn end(
         &mut self,
         one: &PlaneContact,
         [width, panel]: [f64; 2],
         rate: f64,
         [constant, unresolved]: [f64; 2],
-    ) -> Option<f64> {
+    ) -> Option<(f64, bool)> {
         if self.course != Course::Slips {
             return None;
         }
@@ -1027,13 +1024,13 @@ impl PlaneSeries {
         }
         // Relative to what it is, N may change faster than the motion.
         let rate = rate.max((self.limit[1] / (panel * limit)).abs());
-        let ends = time * rate <= constant || r <= unresolved * one.slip_norm;
-        if !(ends && time < width) {
+        let rests = r <= unresolved * one.slip_norm;
+        if !((rests || time * rate <= constant) && time < width) {
             return None;
         }
         let w = self.direction.map(|e| e * r);
         self.course = Course::Ends([0, 1].map(|i| -reaction[i] - one.mass[i] * w[i] / time));
-        Some(time)
+        Some((time, rests))
     }
 }
 
