@@ -193,8 +193,7 @@ fn of_contact(
                 false => slip_velocity(scene, contact).scaled(-sign),
             };
             let slip = scene.has_direction(contact).then(|| function(EventKind::Velocity, slip()));
-            let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
-            slip.into_iter().chain(releases).collect()
+            slip.into_iter().chain(releases(scene, contact, normal)).collect()
         }
         Status::Slipping | Status::Elastic if let Some(own) = scene.state_of(contact) => {
             of_spring_in_plane(scene, contact, own, status)
@@ -212,13 +211,11 @@ fn of_contact(
                 return vec![force];
             }
             // Without a friction force the cone only touches zero where N falls through it.
-            let releases = if law.opens() { releases(scene, contact, normal) } else { Vec::new() };
-            [force, limit].into_iter().chain(releases).collect()
+            [force, limit].into_iter().chain(releases(scene, contact, normal)).collect()
         }
         // Both directions of a plane open and close at once.
         _ if law.shares_normal() => Vec::new(),
-        Status::Slipping if law.opens() => releases(scene, contact, normal),
-        Status::Slipping | Status::Elastic => Vec::new(),
+        Status::Slipping | Status::Elastic => releases(scene, contact, normal),
         Status::Sticking => {
             let limit = law.static_friction;
             let cone = |trigger, sign: f64| EventFunction {
@@ -244,8 +241,11 @@ fn of_contact(
     }
 }
 
-/// Where a contact opens: N; or of a spring by a law its stretch, and N of a formula, which might come to zero before.
+/// Where a contact opens, if it can: N; or of a spring by a law its stretch, and N of a formula, which might come to zero before.
 fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunction> {
+    if !scene.contacts[contact].opens() {
+        return Vec::new();
+    }
     let by_force = EventFunction {
         forces: vec![(2 * contact + 1, 1.0)],
         ..EventFunction::kinematic(contact, EventKind::Release, normal.clone())

@@ -231,12 +231,13 @@ fn settle_in_plane(
         return (Status::Detached, Departure::Gap(1));
     }
     let normal_force = scene.reaction_value(law.normal, q, u);
-    let touches = touches(scene, law.normal, trigger, normal_force, q, u);
-    if normal_force < 0.0 && !touches {
+    let (normal_force, departure) = match touches(scene, law.normal, trigger, normal_force, q, u) {
+        true => (0.0, Departure::Force(1)),
+        false => (normal_force, Departure::None),
+    };
+    if normal_force < 0.0 {
         return (Status::Detached, Departure::Gap(2));
     }
-    let normal_force = if touches { 0.0 } else { normal_force };
-    let departure = if touches { Departure::Force(1) } else { Departure::None };
     let required = [law.tangential, plane.tangential].map(|row| scene.reaction_value(row, q, u));
     let exceeds = required[0].hypot(required[1]) > law.static_friction * normal_force;
     let slips = law.slips_in(plane, u) || law.static_friction == 0.0;

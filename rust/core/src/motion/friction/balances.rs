@@ -232,14 +232,15 @@ impl LawMotion {
             (operator.taylor.norm(), operator.taylor.width(), self.constant);
         let unresolved = AT_REST * UNIT * self.taylor.scale(&operator.taylor);
         let panel = self.taylor.width;
-        let ends = operator.planes.iter().zip(&mut self.planes).enumerate();
-        let ends = ends.filter_map(|(place, (one, series))| {
-            Some((place, series.end(one, [width, panel], rate, [constant, unresolved])?))
+        let all = operator.planes.iter().zip(&mut self.planes).enumerate();
+        let ends = all.filter_map(|(place, (one, series))| {
+            let end = series.end(one, [width, panel], rate, [constant, unresolved]);
+            end.map(|(time, rests)| (place, time, rests))
         });
-        let ends: Vec<(usize, (f64, bool))> = ends.collect();
-        let first = ends.iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some(&(place, (time, rests))) = first else { return };
-        for &(other, (at, also)) in &ends {
+        let ends: Vec<(usize, f64, bool)> = ends.collect();
+        let first = ends.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some(&(place, time, rests)) = first else { return };
+        for &(other, at, also) in &ends {
             if at > time * (1.0 + SAME_END) && !(rests && also) {
                 self.planes[other].end_later();
             }

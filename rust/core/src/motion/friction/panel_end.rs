@@ -263,7 +263,6 @@ impl LawMotion {
             }
         }
         if first < 1.0 {
-            self.stopping = None;
             self.shorten(first);
         }
     }

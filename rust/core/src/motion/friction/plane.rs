@@ -438,7 +438,7 @@ impl PlaneSeries {
 
     /// Another slip ends before, or with it.
     pub(super) fn end_later(&mut self) {
-        if matches!(self.course, Course::Ends(_)) {
+        if self.ends() {
             self.course = Course::Slips;
         }
     }
@@ -684,12 +684,13 @@ impl PlaneSeries {
         std::array::from_fn(|k| speed[k] + turned[k] - a[k])
     }
 
-    /// Where friction depends on the slip speed: its law, and that along the panel; not on the last panel of a slip, whose force is constant.
+    /// Where friction depends on the slip speed: its law, and that along the panel; not on the last panel of a slip, whose force is
+    /// constant.
     pub(super) fn law_of_speed<'a>(
         &'a self,
         one: &'a PlaneContact,
     ) -> Option<(&'a FrictionLaw, &'a LawSeries)> {
-        if matches!(self.course, Course::Ends(_)) {
+        if self.ends() {
             return None;
         }
         Some((one.law.as_ref()?, &self.of_speed.as_ref()?.series))
@@ -808,7 +809,7 @@ impl PlaneSeries {
         let OfDirection { cut, round, force, defect, apart } =
             self.error_of_direction(one, [limit, units], width);
         let of_force = UNIT * units * limit * largest;
-        let ends = matches!(self.course, Course::Ends(_));
+        let ends = self.ends();
         let [of_cut, of_round, growth] = match (&self.of_speed, &one.law) {
             (Some(of_speed), Some(law)) if !ends => {
                 self.error_of_law(one, (law, of_speed), [cut, round], panel)
@@ -1091,7 +1092,7 @@ impl PlaneSeries {
     /// falls along itself at a rate a, `M^-1 (R - mu N e) = -a e`. The time T left obeys `dT/dw . M^-1 (R - mu N w / |w|) = -1`
     /// and is proportional to |w|, of which follows `dT/dw = M e / (a e . M e)`.
     pub(super) fn time_left_by_slip(&self, one: &PlaneContact) -> Option<[f64; 2]> {
-        if !matches!(self.course, Course::Ends(_)) {
+        if !self.ends() {
             return None;
         }
         let (e, [m, n]) = (self.direction, one.mass);

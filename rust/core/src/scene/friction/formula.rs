@@ -208,14 +208,9 @@ impl Builder {
             }
             "arctan" => {
                 let slot = of(*first)?;
-                match self.constant(slot) {
-                    Some(value) => self.push(Operation::Constant(value.atan())),
-                    None => {
-                        let square = self.product(slot, slot);
-                        let more = self.affine(square, 1.0, 1.0);
-                        self.push(Operation::Arctangent(slot, more))
-                    }
-                }
+                let square = self.product(slot, slot);
+                let more = self.affine(square, 1.0, 1.0);
+                self.function(slot, f64::atan, Operation::Arctangent(slot, more))
             }
             "sin" => self.sine_and_cosine(of(*first)?)[0],
             "cos" => self.sine_and_cosine(of(*first)?)[1],
@@ -301,8 +296,8 @@ impl Operation {
     }
 
     /// How far the argument may move from where the slots are on one panel: to half of the distance at which a divisor, or what a
-    /// logarithm or a power is taken of, would vanish, or an arctangent is infinite, and until an exponential has changed by a factor of e; further, where it is
-    /// small, as the factors by which it grows and falls make of its bound at most e^2.
+    /// logarithm or a power is taken of, would vanish, or an arctangent is infinite, and until an exponential has changed by a factor
+    /// of e; further, where it is small, as the factors by which it grows and falls make of its bound at most e^2.
     fn reach(self, slots: &[Jet<f64>]) -> f64 {
         let change = |of: usize, size: f64| match slots[of].first {
             0.0 => f64::INFINITY,
