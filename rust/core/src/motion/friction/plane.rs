@@ -59,6 +59,9 @@ const REMAINS: f64 = 0.5;
 /// An order of a slip that begins, relative to all of them, that is rounding; and the highest power with which slip begins.
 const VANISHES: f64 = 1e-14;
 const MOST: usize = 8;
+/// The least part of what a slip begins a panel with that it keeps on it, and Newton's steps to the width on which it does.
+const KEEPS: f64 = 0.1;
+const NEWTON: usize = 8;
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
 /// A bound of the slope of a law from below has this rounding.
@@ -628,8 +631,10 @@ impl PlaneSeries {
         let wide = ((REMAINS * self.left).min(width) / full).log2().floor().exp2() * full;
         match self.course {
             Course::Begins(_) | Course::Ends(_) => width,
-            _ if self.relaxation(one) * wide <= STIFF => width,
-            _ if start < self.relaxed_at => FOLLOWED / self.relaxation(one),
+            _ if self.relaxation(one) * width <= STIFF => width,
+            _ if start < self.relaxed_at || self.relaxation(one) * wide <= STIFF => {
+                FOLLOWED / self.relaxation(one)
+            }
             _ => wide,
         }
     }
@@ -783,6 +788,43 @@ impl PlaneSeries {
         let order = |k: usize| self.along[k].abs().max(self.across[k].abs());
         let far = (1..COEFFICIENTS).find(|&k| !(order(k) <= WIDE));
         far.map_or(1.0, |k| if order(k).is_finite() { order(k).powf(-1.0 / k as f64) } else { 0.1 })
+    }
+
+    /// The part of the panel on which the slip along e_0 is known to keep a part of what it begins with: by `lowest`, which is concave
+    /// in the part of the panel, so that Newton's steps come from above.
+    pub(super) fn part_that_slips(&self) -> f64 {
+        let power = match self.course {
+            Course::Slips | Course::Follows => 0,
+            Course::Begins(power) => self.power(power),
+            Course::Ends(_) => return 1.0,
+        };
+        let a = &self.slip[0][power..];
+        let most = (1.0 - KEEPS) * a[0];
+        let mut part = 1.0;
+        for _ in 0..NEWTON {
+            let (mut lost, mut slope, mut scaled) = (0.0, 0.0, 1.0);
+            for (k, c) in a.iter().enumerate().skip(1) {
+                slope += k as f64 * c.min(0.0) * scaled;
+                scaled *= part;
+                lost += c.min(0.0) * scaled;
+            }
+            if !(lost < -most) {
+                break;
+            }
+            part += (lost + most) / -slope;
+        }
+        part
+    }
+
+    /// The time after the panel in which the slip along e_0 would end at the rate with which the panel ends, in widths of it.
+    pub(super) fn left_after(&self) -> f64 {
+        let a = &self.slip[0];
+        let rate: f64 = a.iter().enumerate().map(|(k, c)| k as f64 * c).sum();
+        let end: f64 = a.iter().sum();
+        match self.ends() {
+            false if rate < 0.0 && end > 0.0 => end / -rate,
+            _ => f64::INFINITY,
+        }
     }
 
     pub(super) fn shorten(&mut self, powers: &[f64; ORDERS]) {
