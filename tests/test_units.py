@@ -7,6 +7,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.scene.parameters.family import Family
+from stickslip.show.units import TIMES, measured
 
 
 def missing(array):
@@ -55,3 +56,8 @@ def test_units_of_parameters_of_your_own_are_not_guessed():
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, name="pad")],
     )
     assert Family(scene).units("gap_pad") == {"units": "m"}
+
+
+def test_what_is_one_unit_but_for_rounding_has_that_unit():
+    shown = [measured(value, TIMES) for value in (np.nextafter(1.0, 0.0), 1.0 - 1e-12, 0.999, 0.0)]
+    assert shown == ["1 s", "1 s", "999 ms", "0 s"]

@@ -5,7 +5,7 @@
 //! panels before in the same phase have rounded is allowed for by some operations more for each of them; nothing bounds how a
 //! motion that grows carries it on.
 
-use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, ROW, crosswise};
 use crate::numerics::simd::GROUP;
 
 /// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.
@@ -73,6 +73,11 @@ impl Panel {
     pub(super) fn form_cones(&mut self, cones: &[Cone]) {
         for Cone { parts } in cones {
             let Some((&(first, _), others)) = parts.split_first() else { continue };
+            others.iter().for_each(|&(other, _)| self.excluded[other] = true);
+            self.excluded[first] = self.is_positive(parts);
+            if self.excluded[first] {
+                continue;
+            }
             let mut cone = [0.0; COEFFICIENTS];
             let (mut beyond, mut error, mut largest) = (0.0, 0.0, 0.0);
             for &(function, sign) in parts {
@@ -80,11 +85,10 @@ impl Panel {
                 let size: f64 = row.iter().map(|c| c.abs()).sum();
                 self.squares.push((first, sign, row));
                 for (k, c) in cone.iter_mut().enumerate() {
-                    *c += sign * (0..=k).map(|i| row[i] * row[k - i]).sum::<f64>();
+                    *c += sign * crosswise(&row[..=k], &row[..=k]);
                 }
-                for k in COEFFICIENTS..2 * COEFFICIENTS - 1 {
-                    let low = k + 1 - COEFFICIENTS;
-                    beyond += (low..COEFFICIENTS).map(|i| row[i] * row[k - i]).sum::<f64>().abs();
+                for low in 1..COEFFICIENTS {
+                    beyond += crosswise(&row[low..], &row[low..]).abs();
                 }
                 error += (2.0 * size + off) * off;
                 largest += size * size;
@@ -94,8 +98,29 @@ impl Panel {
             *self.row(first) = cone;
             (self.error[first], self.curvature_error[first]) = (error, error);
             self.excluded[first] = least > error;
-            others.iter().for_each(|&(other, _)| self.excluded[other] = true);
         }
+    }
+
+    /// Whether the ranges of functions on the panel prove the sum of their squares with some factors positive.
+    fn is_positive(&self, parts: &[(usize, f64)]) -> bool {
+        let (mut least, mut largest) = (0.0, 0.0);
+        for &(function, factor) in parts {
+            let (start, others) =
+                (self.coefficients[function * ROW], &self.coefficients[function * ROW + 1..]);
+            let (mut below, mut above) = (0.0, 0.0);
+            for c in &others[..DEGREE] {
+                below += c.min(0.0);
+                above += c.max(0.0);
+            }
+            let off =
+                self.error[function] + rounding(COEFFICIENTS, 0) * (start.abs() + above - below);
+            let (low, high) = (start + below - off, start + above + off);
+            let farthest = factor * low.abs().max(high.abs()).powi(2);
+            let nearest = factor * low.max(-high).max(0.0).powi(2);
+            least += f64::min(nearest, farthest);
+            largest += farthest.abs();
+        }
+        least > rounding(ROW, 0) * largest
     }
 
     /// A root of a function; that of a sum of squares by Newton's method from the root that it has without its highest orders, which

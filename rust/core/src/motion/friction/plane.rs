@@ -38,8 +38,8 @@ use crate::motion::friction::series::coefficients::{UNIT, lowest, scale, size};
 use crate::motion::friction::series::convolutions::{Convolutions, FactorSums};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
-use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::numerics::simd::{COLUMNS, GROUP, Lanes, Side};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, crosswise};
+use crate::numerics::simd::{COLUMNS, Lanes, Side};
 use crate::scene::friction::decay::{product, terms_left_out};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::friction::plane::beyond_limit;
@@ -59,7 +59,7 @@ const REMAINS: f64 = 0.5;
 /// An order of a slip that begins, relative to all of them, that is rounding; and the highest power with which slip begins.
 const VANISHES: f64 = 1e-14;
 const MOST: usize = 8;
-/// The least part of what a slip begins a panel with that it keeps on it, and Newton's steps to the width on which it does.
+/// The part of what a slip begins a panel with that it keeps on it, and Newton's steps to the width on which it does.
 const KEEPS: f64 = 0.1;
 const NEWTON: usize = 8;
 /// A coefficient of the direction from which on a panel is too wide for its series.
@@ -247,32 +247,25 @@ impl OfSpeed {
     }
 }
 
-/// `sum_i a_i b_{k-i}`, in sums that do not wait for each other.
-#[inline]
+/// The coefficient of order k of a product.
+#[inline(always)]
 fn convolved(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], k: usize) -> f64 {
-    let (left, right) = (a[..=k].chunks(GROUP), b[..=k].rchunks(GROUP));
-    let mut sums = [0.0; GROUP];
-    for (left, right) in left.zip(right) {
-        for (sum, (a, b)) in sums.iter_mut().zip(left.iter().zip(right.iter().rev())) {
-            *sum += a * b;
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
+    crosswise(&a[..=k], &b[..=k])
 }
 
 /// The sum of the absolute values of the coefficients of a product from an order on.
+#[inline(always)]
 fn left_out(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
     let mut sum = 0.0;
     for k in first..2 * COEFFICIENTS - 1 {
         let low = (k + 1).saturating_sub(COEFFICIENTS);
-        let (left, right) = (&a[low..=k.min(DEGREE)], &b[low..=k.min(DEGREE)]);
-        let terms = left.iter().zip(right.iter().rev());
-        sum += terms.map(|(a, b)| a * b).sum::<f64>().abs();
+        sum += crosswise(&a[low..=k.min(DEGREE)], &b[low..=k.min(DEGREE)]).abs();
     }
     sum
 }
 
 /// A bound of the coefficients of a product from an order on, `sum_{i + j >= first} |a_i| |b_j|`.
+#[inline(always)]
 fn beyond(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS], first: usize) -> f64 {
     let mut tails = [0.0; COEFFICIENTS + 1];
     for j in (0..COEFFICIENTS).rev() {
@@ -790,8 +783,8 @@ impl PlaneSeries {
         far.map_or(1.0, |k| if order(k).is_finite() { order(k).powf(-1.0 / k as f64) } else { 0.1 })
     }
 
-    /// The part of the panel on which the slip along e_0 is known to keep a part of what it begins with: by `lowest`, which is concave
-    /// in the part of the panel, so that Newton's steps come from above.
+    /// The part of the panel on which the slip along e_0 is known to keep about a tenth of what it begins with. What `lowest` takes from
+    /// that is convex in the part of the panel, so that Newton's steps come from above.
     pub(super) fn part_that_slips(&self) -> f64 {
         let power = match self.course {
             Course::Slips | Course::Follows => 0,
@@ -799,7 +792,7 @@ impl PlaneSeries {
             Course::Ends(_) => return 1.0,
         };
         let a = &self.slip[0][power..];
-        let most = (1.0 - KEEPS) * a[0];
+        let [most, enough] = [1.0 - KEEPS, 1.0 - 0.5 * KEEPS].map(|lost| lost * a[0]);
         let mut part = 1.0;
         for _ in 0..NEWTON {
             let (mut lost, mut slope, mut scaled) = (0.0, 0.0, 1.0);
@@ -808,7 +801,7 @@ impl PlaneSeries {
                 scaled *= part;
                 lost += c.min(0.0) * scaled;
             }
-            if !(lost < -most) {
+            if !(lost < -enough && a[0] > 0.0) {
                 break;
             }
             part += (lost + most) / -slope;
@@ -842,6 +835,7 @@ impl PlaneSeries {
     }
 
     /// Bounds of the error of the friction force.
+    #[inline(always)]
     pub(super) fn error(&self, one: &PlaneContact, panel: &PanelSizes) -> PlaneBound {
         let PanelSizes { units, width, of_limit, limit_norm, .. } = *panel;
         let limit = size(&self.limit);
@@ -929,6 +923,7 @@ impl PlaneSeries {
     }
 
     /// Errors of the direction, and of the force beside what follows from them.
+    #[inline(always)]
     fn error_of_direction(
         &self,
         one: &PlaneContact,

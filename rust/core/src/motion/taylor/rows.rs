@@ -379,6 +379,18 @@ impl Multiply for Rows {
     }
 }
 
+/// The places in a list of what counts, without branches that are hard to foresee.
+#[inline(always)]
+fn keep(places: &mut Vec<usize>, all: &[usize], counts: impl Fn(usize) -> bool) {
+    places.resize(all.len(), 0);
+    let mut found = 0;
+    for (place, &of) in all.iter().enumerate() {
+        places[found] = place;
+        found += usize::from(counts(of));
+    }
+    places.truncate(found);
+}
+
 impl Counting<'_> {
     /// The columns of the entries that count; also of those that are no numbers, and of coordinates without mass, which the norm
     /// does not weigh.
@@ -388,11 +400,8 @@ impl Counting<'_> {
         let moves = |k: usize| !(weight[k] * u[k].abs() <= least) || weight[k] == 0.0;
         let counts = |k: usize| !(weight[k] * omega * q[k].abs() <= least) || moves(k);
         let [of_z, of_u] = columns;
-        let all = |places: &[usize]| 0..places.len();
-        of_z.clear();
-        of_z.extend(all(&rows.moving).filter(|&place| counts(rows.moving[place])));
-        of_u.clear();
-        of_u.extend(all(&rows.damped).filter(|&place| moves(rows.damped[place])));
+        keep(of_z, &rows.moving, counts);
+        keep(of_u, &rows.damped, moves);
     }
 }
 

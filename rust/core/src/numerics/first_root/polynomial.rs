@@ -20,6 +20,18 @@ pub(crate) fn powers<const N: usize>(factor: f64) -> [f64; N] {
     powers
 }
 
+/// `sum_i a_i b_{n-1-i}` of n numbers each, in sums that do not wait for each other.
+#[inline(always)]
+pub(crate) fn crosswise(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; GROUP];
+    for (left, right) in a.chunks(GROUP).zip(b.rchunks(GROUP)) {
+        for (sum, (a, b)) in sums.iter_mut().zip(left.iter().zip(right.iter().rev())) {
+            *sum += a * b;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
 /// Coefficients in groups, filled up with zeros.
 pub(super) type Groups<'a> = &'a [[f64; GROUP]];
 

@@ -12,7 +12,7 @@
 //! error is `|G - g| <= max g / min g * integral |R|`, and with `(1 + x) G = 1 + R` it is `|G - g| <= max |R| max g`. All sums
 //! are finite. Another decay is another arm of each function here.
 
-use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, crosswise};
 
 /// Part of the rise of a bounded law from which on it counts as level.
 pub(crate) const LEVEL: f64 = 1e-2;
@@ -166,7 +166,7 @@ impl Decay {
 
 /// The coefficients of a product.
 pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
-    std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
+    std::array::from_fn(|k| crosswise(&a[..=k], &b[..=k]))
 }
 
 /// Sum of the absolute values of all terms of a product beyond its last coefficient, without those of `a_0`.

@@ -55,6 +55,7 @@ pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
 }
 
 /// `c_0 + sum min(c_k, 0)`, below the polynomial on [0, 1].
+#[inline(always)]
 pub(crate) fn lowest(coefficients: &[f64; COEFFICIENTS]) -> f64 {
     // The comparison, unlike `min`, is one instruction for several numbers.
     let mut negative = coefficients.map(|c| if c < 0.0 { c } else { 0.0 });
