@@ -16,9 +16,10 @@ ENERGIES = {"J": 1.0, "mJ": 1e3, "µJ": 1e6, "nJ": 1e9}
 
 
 def suited(largest: float, units: Mapping[str, float]) -> tuple[str, float]:
-    """Return the largest unit in which a quantity is 1 or more but for rounding, and how many of them the SI unit has.
+    """Return the largest unit in which a quantity is 1 or more, and how many of them the SI unit has.
 
-    `largest` is in the SI unit; what is less than 1 in every unit has the smallest one, and zero the first.
+    `largest` is in the SI unit; what is less than 1 in every unit, by more than rounding, has the smallest
+    one, and zero the first.
     """
     if largest == 0.0:
         return next(iter(units.items()))

@@ -165,10 +165,6 @@ impl FormulaSeries {
                     convolved(&slots[a].rates, &own.terms, k, 1, k) / order
                 }
                 Operation::Logarithm(a) if k == 0 => of(a).ln(),
-                Operation::Logarithm(a) => {
-                    let lower = convolved(&own.rates, &slots[a].terms, k, 1, k - 1);
-                    (of(a) - lower / order) / slots[a].terms[0]
-                }
                 Operation::Power(a, exponent) if k == 0 => of(a).powf(exponent),
                 Operation::Power(a, exponent) => {
                     let Slot { terms, rates } = &slots[a];
@@ -182,9 +178,9 @@ impl FormulaSeries {
                     ((1.0 - square[0]) * slots[a].rates[k] - lower) / order
                 }
                 Operation::Arctangent(a, _) if k == 0 => of(a).atan(),
-                Operation::Arctangent(a, more) => {
-                    let more = &slots[more].terms;
-                    (of(a) - convolved(&own.rates, more, k, 1, k - 1) / order) / more[0]
+                Operation::Logarithm(a @ divisor) | Operation::Arctangent(a, divisor) => {
+                    let divisor = &slots[divisor].terms;
+                    (of(a) - convolved(&own.rates, divisor, k, 1, k - 1) / order) / divisor[0]
                 }
                 Operation::Sine(a) if k == 0 => of(a).sin(),
                 Operation::Cosine(a) if k == 0 => of(a).cos(),
