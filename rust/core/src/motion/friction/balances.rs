@@ -3,7 +3,8 @@
 
 use crate::motion::friction::motion::{GROWTH, LawMotion, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::{PlaneSeries, STIFF};
+use crate::motion::friction::plane::series::PlaneSeries;
+use crate::motion::friction::plane::widths::STIFF;
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::followed_state::FollowedState;
 use crate::motion::friction::state_norm::{StateNorm, StateRow};

@@ -23,7 +23,7 @@ use nalgebra::DMatrix;
 use crate::contact::functional::Functional;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved, worse};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::{PanelSizes, PlaneBound};
+use crate::motion::friction::plane::errors::{PanelSizes, PlaneBound};
 use crate::motion::friction::series::coefficients::{UNIT, lowest, product_units, size};
 use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};

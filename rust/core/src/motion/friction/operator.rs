@@ -13,7 +13,7 @@ use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
-use crate::motion::friction::plane::PlaneContact;
+use crate::motion::friction::plane::contact::PlaneContact;
 use crate::motion::friction::series::elastic_plane::products;
 use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
 use crate::motion::friction::state_norm::StateNorm;

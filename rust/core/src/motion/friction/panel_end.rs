@@ -3,7 +3,7 @@
 use crate::error::run::LawEnd;
 use crate::motion::friction::motion::{LawMotion, Sliding, moved};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::PlaneContact;
+use crate::motion::friction::plane::contact::PlaneContact;
 use crate::motion::friction::series::coefficients::{LawBounds, UNIT, size};
 use crate::motion::friction::series::law_contact::{LawContact, LawOf};
 use crate::motion::friction::series::law_series::{LawSeries, borders};

@@ -3,7 +3,7 @@
 use crate::motion::friction::balances::followed;
 use crate::motion::friction::motion::{Coupling, LawMotion, Sliding, TRIALS};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::plane::Planes;
+use crate::motion::friction::plane::series::Planes;
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::followed_state::Balance;

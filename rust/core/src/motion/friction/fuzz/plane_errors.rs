@@ -10,7 +10,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::fuzz::true_errors::{argument_of, element, extend, law};
 use crate::motion::friction::motion::LawMotion;
-use crate::motion::friction::plane::PlaneSeries;
+use crate::motion::friction::plane::series::PlaneSeries;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
