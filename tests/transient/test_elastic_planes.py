@@ -309,3 +309,29 @@ def test_modes_of_nodes_that_rest_beside_an_open_contact_with_bristles():
     expected = [value for value in np.linalg.eigvals(matrix) if value.imag >= 0.0]
     found = ss.complex_modes(scene, combination="ssd").eigenvalues
     assert np.allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)
+
+
+def test_a_pad_that_its_slider_takes_along_pulls_a_node_from_rest():
+    """Beside the same scene with friction along a line."""
+
+    def motion(plane):
+        stiffness = 10.0 * np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+        contacts = [
+            ss.Contact(
+                tangential=(f"x{i}", f"y{i}") if plane else f"x{i}",
+                normal_force=4.0,
+                friction=0.5,
+                tangential_stiffness=100.0 if i == 0 else None,
+                slider_speed=(float(i), 0.0) if plane else float(i),
+            )
+            for i in range(2)
+        ]
+        scene = ss.Scene([1.0] * 4, stiffness, dofs=["x0", "y0", "x1", "y1"], contacts=contacts)
+        start = ss.State([0.0] * 4, [0.0, 0.0, 1.0, 0.0], "s" * len(scene.contacts))
+        return ss.simulate(scene, 2.0, start)
+
+    plane, line = motion(True), motion(False)
+    assert [plane.stop_reason, line.stop_reason] == ["duration"] * 2
+    assert len(plane.events) == len(line.events) > 2
+    np.testing.assert_allclose(plane.events.time, line.events.time, rtol=1e-13)
+    np.testing.assert_allclose(plane.state(2.0).position, line.state(2.0).position, atol=1e-13)

@@ -1,6 +1,7 @@
 """What a trajectory answers about itself."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -110,3 +111,32 @@ def test_arrays_of_a_sample_carry_names_and_units(standard):
     assert sample.status.sel(time=0.125).values.tolist() == ["s", "+"]
     assert f"{len(run.events)} events" in repr(run)
     assert repr(run.events).startswith(f"Events({len(run.events)})")
+
+
+@pytest.mark.parametrize("method", ["auto", "taylor", "local"])
+@pytest.mark.parametrize("masses", [2, 40])
+def test_what_a_slider_takes_along_moves_masses_at_rest(method, masses):
+    """A chain at rest at the origin, pulled at its end: no term of its series of order 0 or 1 is there.
+
+    Of two masses, ``m a'' = k (v t - a)`` gives ``a = v (t - sin(w t) / w)``.
+    """
+    stiffness, speed, holding = 10.0, 1.0, 2.0
+    scene = ss.Scene(
+        mass=np.ones(masses),
+        stiffness=stiffness * (2.0 * np.eye(masses) - np.eye(masses, k=1) - np.eye(masses, k=-1))
+        - stiffness * np.diag(np.isin(np.arange(masses), [0, masses - 1])),
+        contacts=[
+            ss.Contact(tangential=masses - 1, normal_force=4.0, friction=holding / 4.0, slider_speed=speed)
+        ],
+    )
+    start = ss.State(np.zeros(masses), np.append(np.zeros(masses - 1), speed), "s")
+    run = ss.simulate(scene, 0.5, start, method=method)
+    assert run.stop_reason == "duration"
+    assert run.events.kind[0] == "slip+"
+    turned = np.arcsin(holding * np.sqrt(1.0 / stiffness) / speed)
+    if masses == 2:
+        assert run.events.time[0] == pytest.approx(turned / np.sqrt(stiffness), rel=1e-14)
+    # The wave reaches the other masses as a power of the time.
+    early = ss.simulate(scene, 1e-2, start, method=method).state(1e-2)
+    pulled = speed * 1e-2**3 * stiffness / 6.0
+    assert early.position[-2] == pytest.approx(pulled, rel=1e-3)

@@ -309,7 +309,12 @@ impl TaylorMotion {
 
     /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
-        (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
+        let largest = |orders: Range<usize>, least: f64| {
+            orders.map(|k| self.term_norm(operator, k)).fold(least, f64::max)
+        };
+        let first = largest(0..2, self.scale);
+        // What begins at rest at the origin, and is moved by what a slider takes along, has no terms of lower orders.
+        if first == 0.0 { largest(2..COEFFICIENTS, 0.0) } else { first }
     }
 
     /// A panel narrower by `factor`, of which only the orders 0 and 1 are known.
