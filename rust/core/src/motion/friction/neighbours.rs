@@ -7,7 +7,7 @@
 use crate::contact::functional::Functional;
 use crate::linalg::parallel::each;
 use crate::motion::friction::balances::BALANCES;
-use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, TRIALS, worse};
+use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::neighbour::{PlaneNeighbour, PlaneSlopes, convolved_with};
 use crate::motion::friction::plane::widths::NO_TIME;
@@ -50,7 +50,7 @@ impl LawMotion {
         duration: f64,
         neighbours: &mut [Vec<f64>],
     ) {
-        let (mut before, mut stalled, mut trials) = (f64::NEG_INFINITY, 0, 0);
+        let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
         self.constant = NO_TIME;
         self.follow_later(scene, operator);
         loop {
@@ -87,27 +87,18 @@ impl LawMotion {
                 |(of, column): (&Series, _)| of.left_out(column, scene.size, width, operator);
             let worst = all.clone().map(left_out).fold(0.0, worse);
             stalled = if self.goes_on_from(before) { 0 } else { stalled + 1 };
-            let given_up = trials > TRIALS || stalled > STALLED || self.is_given_up();
-            if given_up || self.end().is_nan() {
+            if !worst.is_finite() || self.end().is_nan() || stalled > STALLED || self.is_given_up()
+            {
                 // Beyond the range of numbers, or of interest.
                 neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
                 return;
             }
+            let factor = (TRUNCATION / worst).powf(1.0 / DEGREE as f64).clamp(SHORTEST, 1.0);
+            let (start, end) = (self.start(), self.start() + factor * width);
             if self.ends_slip() {
                 // Slip ends at once, and its derivative by the neighbours is that of the time left.
                 return;
             }
-            let factor = (TRUNCATION / worst).powf(1.0 / DEGREE as f64);
-            if !(factor >= SHORTEST) {
-                // Straight slip is one series on panels on which neighbours beside it relax many times.
-                trials += 1;
-                self.shorten(SHORTEST);
-                (self.next, self.ends) = (None, None);
-                continue;
-            }
-            trials = 0;
-            let factor = factor.min(1.0);
-            let (start, end) = (self.start(), self.start() + factor * width);
             let left = duration - start;
             let ends = self.planes.iter().any(|one| one.ends_about(left, NEAR * duration));
             let last = !(end < duration) && !ends;
