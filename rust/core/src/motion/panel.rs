@@ -6,6 +6,7 @@
 //! motion that grows carries it on.
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, ROW, crosswise};
+use crate::numerics::interval::Interval;
 use crate::numerics::simd::GROUP;
 
 /// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.
@@ -114,9 +115,9 @@ impl Panel {
             }
             let off =
                 self.error[function] + rounding(COEFFICIENTS, 0) * (start.abs() + above - below);
-            let (low, high) = (start + below - off, start + above + off);
-            let farthest = factor * low.abs().max(high.abs()).powi(2);
-            let nearest = factor * low.max(-high).max(0.0).powi(2);
+            let range = Interval { low: start + below - off, high: start + above + off };
+            let farthest = factor * range.largest().powi(2);
+            let nearest = factor * range.smallest().powi(2);
             least += f64::min(nearest, farthest);
             largest += farthest.abs();
         }
