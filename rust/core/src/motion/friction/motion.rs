@@ -386,6 +386,11 @@ impl LawMotion {
             }
             self.shorten(UNBOUNDED);
         }
+        let slips = self.planes.iter().map(PlaneSeries::part_that_slips);
+        let part = slips.fold(1.0, f64::min);
+        if part < 1.0 {
+            self.shorten(part);
+        }
         let scale = self.taylor.scale(&operator.taylor);
         self.least_tube = 0.0;
         for _ in 0..TRIALS {
@@ -436,7 +441,10 @@ impl LawMotion {
         let width = self.taylor.width;
         match self.has_followed_state() {
             true => self.followed = width,
-            false => self.share = GROWTH * width / operator.taylor.width(),
+            false => {
+                let left = self.planes.iter().map(PlaneSeries::left_after);
+                self.share = left.fold(GROWTH, f64::min) * width / operator.taylor.width();
+            }
         }
         self.cut(operator, scale);
     }

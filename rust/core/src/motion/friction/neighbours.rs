@@ -2,14 +2,17 @@
 //!
 //! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
 //! `dy = a dS + b dN`, and of a formula with a state z by `dy = a dS + c dz + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
-//! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
+//! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding: where slip in
+//! a plane is straight and slow, the series of the motion ends early, and those of neighbours beside it may not converge at all.
 
 use crate::contact::functional::Functional;
+use crate::linalg::dense::max_norm;
 use crate::linalg::parallel::each;
 use crate::motion::friction::balances::BALANCES;
-use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, worse};
+use crate::motion::friction::motion::{LawMotion, STALLED, Sliding, TRIALS, worse};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::plane::neighbour::{PlaneNeighbour, PlaneSlopes, convolved_with};
+use crate::motion::friction::plane::series::PlaneSeries;
 use crate::motion::friction::plane::widths::NO_TIME;
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -20,9 +23,10 @@ use crate::scene::model::Scene;
 /// Part of its duration about which a phase ends with a slip in a plane, and which it does not outlast.
 const NEAR: f64 = 1e-9;
 const FAR: f64 = 2.0;
-/// Part of its size to which a balance across a slow slip is known.
+/// Part of its size to which a balance across a slow slip is known, and part of a neighbour by which its slip begins away from there.
 const BALANCED: f64 = 1e-15;
-/// A panel is shortened to no less than this part of its width at a time.
+const AWAY: f64 = 1e-14;
+/// The part of a panel on which series are tried again that numbers have no room for.
 const SHORTEST: f64 = 0.1;
 
 /// `a`, `b` and `c` of a contact along a panel.
@@ -39,6 +43,10 @@ struct Series {
     normals: Vec<[Side; COEFFICIENTS]>,
     states: Vec<[Side; COEFFICIENTS]>,
     planes: Vec<PlaneNeighbour>,
+    /// How much the balances of slow slips in planes were off when they were improved last, relative to their size, and how far from
+    /// them neighbours begin, relative to theirs.
+    off: f64,
+    away: f64,
 }
 
 impl LawMotion {
@@ -50,10 +58,11 @@ impl LawMotion {
         duration: f64,
         neighbours: &mut [Vec<f64>],
     ) {
-        let (mut before, mut stalled) = (f64::NEG_INFINITY, 0);
+        let (mut before, mut stalled, mut trials) = (f64::NEG_INFINITY, 0, 0);
         self.constant = NO_TIME;
         self.follow_later(scene, operator);
-        loop {
+        // The derivative of a slip that ends by its neighbours is that of the time left.
+        while !self.ends_slip() {
             let slopes: Vec<Slopes> = operator
                 .contacts
                 .iter()
@@ -81,24 +90,33 @@ impl LawMotion {
             };
             let of = |some| self.of_neighbours(scene, operator, (&slopes, &planes), some);
             let all: Vec<Series> = each(scene.size, neighbours.chunks(COLUMNS).collect(), of);
+            let settles = all.iter().all(Series::settles);
             let all = (0..neighbours.len()).map(|i| (&all[i / COLUMNS], i % COLUMNS));
             let width = self.taylor.width;
-            let left_out =
-                |(of, column): (&Series, _)| of.left_out(column, scene.size, width, operator);
-            let worst = all.clone().map(left_out).fold(0.0, worse);
+            let part = |(of, column): (&Series, _)| {
+                of.part_that_holds(column, scene.size, width, operator)
+            };
+            let factor = all.clone().map(part).fold(1.0, f64::min);
             stalled = if self.goes_on_from(before) { 0 } else { stalled + 1 };
-            if !worst.is_finite() || self.end().is_nan() || stalled > STALLED || self.is_given_up()
-            {
+            if trials > TRIALS || self.end().is_nan() || stalled > STALLED || self.is_given_up() {
                 // Beyond the range of numbers, or of interest.
                 neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
                 return;
             }
-            let factor = (TRUNCATION / worst).powf(1.0 / DEGREE as f64).clamp(SHORTEST, 1.0);
-            let (start, end) = (self.start(), self.start() + factor * width);
-            if self.ends_slip() {
-                // Slip ends at once, and its derivative by the neighbours is that of the time left.
-                return;
+            if !settles {
+                // One of them has not relaxed as the motion has.
+                trials += 1;
+                self.follow_later(scene, operator);
+                continue;
             }
+            if factor == 0.0 {
+                trials += 1;
+                self.shorten(SHORTEST);
+                (self.next, self.ends) = (None, None);
+                continue;
+            }
+            trials = 0;
+            let (start, end) = (self.start(), self.start() + factor * width);
             let left = duration - start;
             let ends = self.planes.iter().any(|one| one.ends_about(left, NEAR * duration));
             let last = !(end < duration) && !ends;
@@ -132,11 +150,12 @@ impl LawMotion {
         neighbours: &[Vec<f64>],
     ) -> Series {
         let mut series = Series::of(along, scene.size);
-        for _ in 0..BALANCES {
+        let follows = self.planes.iter().any(PlaneSeries::follows);
+        for improved in 0..BALANCES {
             let (motion, series) = (self, &mut series);
-            let off = self.unit.run(Extend { motion, scene, operator, along, neighbours, series });
-            // Where a balance does not settle, the series shows it by its last terms.
-            if !(off > BALANCED) {
+            self.unit.run(Extend { motion, scene, operator, along, neighbours, series });
+            // A series begins with the dt of the balance before, the first one with none.
+            if series.is_balanced() && (improved > 0 || !follows) {
                 break;
             }
         }
@@ -144,8 +163,7 @@ impl LawMotion {
     }
 }
 
-/// Forms the series of neighbours where the balances of slow slips in planes are as they are known, and improves these; how much
-/// they were off.
+/// Forms the series of neighbours where the balances of slow slips in planes are as they are known, and improves these.
 struct Extend<'a> {
     motion: &'a LawMotion,
     scene: &'a Scene,
@@ -156,10 +174,10 @@ struct Extend<'a> {
 }
 
 impl Kernel for Extend<'_> {
-    type Output = f64;
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> f64 {
+    fn run<S: Lanes>(self, simd: S) {
         let Self { motion, scene, operator, along, neighbours, series } = self;
         let equation = &operator.taylor.equation;
         let own = equation.scene(scene);
@@ -208,12 +226,23 @@ impl Kernel for Extend<'_> {
                 }
             }
         }
-        let mut off = 0.0f64;
+        (series.off, series.away) = (0.0, 0.0);
         for (place, one) in operator.planes.iter().enumerate() {
             let (slip, own) = (&motion.planes[place], &mut series.planes[place]);
-            off = off.max(slip.improve_neighbour(simd, one, &along.1[place], own, h));
+            let off = slip.improve_neighbour(simd, one, &along.1[place], own, h);
+            series.off = worse(series.off, off);
+            if !slip.follows() {
+                continue;
+            }
+            for (column, dy) in neighbours.iter().enumerate() {
+                let (q, u) = dy.split_at(n);
+                let size = worse(operator.taylor.omega() * max_norm(q), max_norm(u));
+                let across = slip.across(own, column, one.coordinates.map(|k| u[k]));
+                if across != 0.0 {
+                    series.away = worse(series.away, across.abs() / size);
+                }
+            }
         }
-        off
     }
 }
 
@@ -242,7 +271,7 @@ impl LawMotion {
         (k, u): (usize, &[Side]),
         residuals: &mut [Side],
     ) {
-        let Series { terms, slips, normals, states, planes: slipping } = neighbours;
+        let Series { terms, slips, normals, states, planes: slipping, .. } = neighbours;
         let n = u.len();
         let q = &terms[k * n..(k + 1) * n];
         let mut forces = Vec::with_capacity(slopes.len());
@@ -308,19 +337,41 @@ impl Series {
             normals: none(),
             states: none(),
             planes: planes.iter().map(|_| PlaneNeighbour::default()).collect(),
+            off: 0.0,
+            away: 0.0,
         }
     }
 
-    /// The larger one of the last two terms, relative to the largest, of a neighbour.
-    fn left_out(&self, column: usize, n: usize, width: f64, operator: &LawOperator) -> f64 {
+    fn is_balanced(&self) -> bool {
+        self.off <= BALANCED
+    }
+
+    /// Whether directions of slip have come to their balances and follow from them on the panel.
+    fn settles(&self) -> bool {
+        self.is_balanced() && self.away <= AWAY
+    }
+
+    /// The part of the panel on which the last two terms of a neighbour are rounding of another one, which may be any where the series
+    /// does not converge on all of the panel; 0 where they are no numbers.
+    fn part_that_holds(&self, column: usize, n: usize, width: f64, operator: &LawOperator) -> f64 {
         let size =
             |terms: &[Side]| terms.iter().map(|x| x.columns()[column].abs()).fold(0.0, worse);
-        let of = |k: usize| {
+        let of: [f64; COEFFICIENTS] = std::array::from_fn(|k| {
             let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
             worse(operator.taylor.omega() * size(q), (k + 1) as f64 / width * size(dq))
+        });
+        if of.iter().any(|size| !size.is_finite()) {
+            return 0.0;
+        }
+        if of[DEGREE - 1..] == [0.0; 2] {
+            return 1.0;
+        }
+        let part = |(k, size): (usize, &f64)| {
+            let last = [DEGREE - 1, DEGREE]
+                .map(|m| (TRUNCATION * size / of[m]).powf(1.0 / (m - k) as f64));
+            last[0].min(last[1])
         };
-        let largest = (0..COEFFICIENTS).map(of).fold(0.0, worse);
-        if largest == 0.0 { 0.0 } else { worse(of(DEGREE - 1), of(DEGREE)) / largest }
+        of[..DEGREE - 1].iter().enumerate().map(part).fold(0.0, f64::max).min(1.0)
     }
 
     /// Writes (dq, dq') of a neighbour at s of the panel.

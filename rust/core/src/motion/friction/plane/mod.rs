@@ -31,7 +31,8 @@
 //!
 //! *End of slip.* With r = |w|, f = |R| and equal masses m, `r (mu N + R . e)` falls at the rate `((mu N)^2 - f^2) / m` while R is constant
 //! (the energy and the momentum along R together), so that slip ends after `m r (mu N + R . e) / ((mu N)^2 - f^2)`. Panels shrink
-//! with r until R is constant over that time to rounding; the last one takes w to zero at a constant rate.
+//! with r, each until its series leaves out too much or about a tenth of its slip is left, until R is constant over that time to
+//! rounding; the last one takes w to zero at a constant rate.
 
 pub(crate) mod contact;
 pub(super) mod errors;

@@ -1,5 +1,6 @@
 //! How the friction in a plane changes along infinitesimal neighbours of a motion.
 
+use crate::motion::friction::motion::worse;
 use crate::motion::friction::plane::contact::PlaneContact;
 use crate::motion::friction::plane::series::{Course, OfSpeed, PlaneSeries};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -219,6 +220,13 @@ impl PlaneSeries {
         turned(simd, self.back(), [&along, &across])
     }
 
+    /// How far across e_0 a neighbour with dw begins from its balance.
+    pub(crate) fn across(&self, own: &PlaneNeighbour, column: usize, slip: [f64; 2]) -> f64 {
+        let [x, y] = self.direction;
+        let [along, across] = [x * slip[0] + y * slip[1], x * slip[1] - y * slip[0]];
+        across - self.ratio[0] * along - self.slip[0][0] * own.ratio[0].columns()[column]
+    }
+
     /// Takes the change of the force across e_0 from `dw = da (1, t) + a (0, dt)`, where the direction follows; how much it was off,
     /// relative to its size, at most.
     #[inline(always)]
@@ -261,7 +269,7 @@ impl PlaneSeries {
             }
             pull[k] = force;
         }
-        let off = |&(change, size): &(f64, f64)| if size > 0.0 { change / size } else { 0.0 };
-        sizes.iter().map(off).fold(0.0, f64::max)
+        let off = |&(change, size): &(f64, f64)| if size == 0.0 { 0.0 } else { change / size };
+        sizes.iter().map(off).fold(0.0, worse)
     }
 }

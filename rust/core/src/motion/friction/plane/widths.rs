@@ -23,6 +23,10 @@ const REMAINS: f64 = 0.5;
 const VANISHES: f64 = 1e-14;
 const MOST: usize = 8;
 
+/// The part of what a slip begins a panel with that it keeps on it, and Newton's steps to the width on which it does.
+const KEEPS: f64 = 0.1;
+const NEWTON: usize = 8;
+
 /// A coefficient of the direction from which on a panel is too wide for its series.
 const WIDE: f64 = 1e3;
 
@@ -33,8 +37,10 @@ impl PlaneSeries {
         let wide = ((REMAINS * self.left).min(width) / full).log2().floor().exp2() * full;
         match self.course {
             Course::Begins(_) | Course::Ends(_) => width,
-            _ if self.relaxation(one) * wide <= STIFF => width,
-            _ if start < self.relaxed_at => FOLLOWED / self.relaxation(one),
+            _ if self.relaxation(one) * width <= STIFF => width,
+            _ if start < self.relaxed_at || self.relaxation(one) * wide <= STIFF => {
+                FOLLOWED / self.relaxation(one)
+            }
             _ => wide,
         }
     }
@@ -96,6 +102,32 @@ impl PlaneSeries {
         far.map_or(1.0, |k| if order(k).is_finite() { order(k).powf(-1.0 / k as f64) } else { 0.1 })
     }
 
+    /// The part of the panel on which the slip along e_0 is known to keep about a tenth of what it begins with. What `lowest` takes from
+    /// that is convex in the part of the panel, so that Newton's steps come from above.
+    pub(crate) fn part_that_slips(&self) -> f64 {
+        let power = match self.course {
+            Course::Slips | Course::Follows => 0,
+            Course::Begins(power) => self.power(power),
+            Course::Ends(_) => return 1.0,
+        };
+        let a = &self.slip[0][power..];
+        let [most, enough] = [1.0 - KEEPS, 1.0 - 0.5 * KEEPS].map(|lost| lost * a[0]);
+        let mut part = 1.0;
+        for _ in 0..NEWTON {
+            let (mut lost, mut slope, mut scaled) = (0.0, 0.0, 1.0);
+            for (k, c) in a.iter().enumerate().skip(1) {
+                slope += k as f64 * c.min(0.0) * scaled;
+                scaled *= part;
+                lost += c.min(0.0) * scaled;
+            }
+            if !(lost < -enough && a[0] > 0.0) {
+                break;
+            }
+            part += (lost + most) / -slope;
+        }
+        part
+    }
+
     /// The power of time with which slip begins, at least the one given: higher where the forces on the contact are at its limit for more
     /// than an instant, as at a start from rest.
     pub(super) fn power(&self, least: usize) -> usize {
@@ -103,6 +135,17 @@ impl PlaneSeries {
         let vanishes = VANISHES * size(a);
         let found = (least..=MOST).find(|&k| a[k].abs() > vanishes);
         found.unwrap_or(least)
+    }
+
+    /// The time after the panel in which the slip along e_0 would end at the rate with which the panel ends, in widths of it.
+    pub(crate) fn left_after(&self) -> f64 {
+        let a = &self.slip[0];
+        let rate: f64 = a.iter().enumerate().map(|(k, c)| k as f64 * c).sum();
+        let end: f64 = a.iter().sum();
+        match self.ends() {
+            false if rate < 0.0 && end > 0.0 => end / -rate,
+            _ => f64::INFINITY,
+        }
     }
 
     /// The time until slip ends where that is so short that the forces on the contact are constant, and whether it is slower than
