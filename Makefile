@@ -95,7 +95,7 @@ format: $(INSTALLED) ## Format Rust and Python
 INTO ?=
 BENCHES := "work_precision --figure $(OUT)/work-precision.png" batch_throughput studies \
 	"local_events --figure $(OUT)/local-events.png" peers_over_size method_choice eigenvalues missed_events \
-	reduced_cycles random_scenes meshed_contact band_modes stability_boundary reduced_growth \
+	plane_events reduced_cycles random_scenes meshed_contact band_modes stability_boundary reduced_growth \
 	"reduced_variants --variants 10"
 LONG_BENCHES := "reduced_growth --reductions 150" reduced_variants
 # $(1): the scripts

@@ -350,6 +350,46 @@ def test_a_motion_that_slips_all_the_time_settles_to_a_cycle_without_events():
     np.testing.assert_allclose(sorted(np.abs(cycle.multipliers))[-4:], known, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("springs", "mass", "damping", "friction", "speed", "load", "rate"),
+    [
+        ((2.9, 1.8), 2.0, 0.1, 0.5, 0.05, 1.0, 1.0),
+        ((2.5, 2.5), 0.5, 0.02, 0.3, 0.3, 0.5, 1.0),
+        ((0.8, 1.7), 0.5, 0.02, 0.5, 0.05, 0.5, 1.0),
+        ((1.6, 2.8), 0.5, 0.0, 0.5, 0.05, 0.5, 0.5),
+        ((2.2, 1.3), 2.0, 0.0, 0.3, 0.05, 1.0, 0.5),
+        ((1.2, 1.2), 0.5, 0.1, 0.3, 0.05, 1.0, 0.8),
+    ],
+)
+def test_the_multipliers_of_straight_slip_have_the_direction_that_neighbours_turn(
+    springs, mass, damping, friction, speed, load, rate
+):
+    """The motion stays on a line, on wide panels; directions of neighbours relax many times over one."""
+    scene = ss.Scene(
+        [1.0, mass],
+        np.diag(springs),
+        damping * np.diag(springs),
+        dofs=("x", "y"),
+        contacts=[
+            ss.Contact(tangential=("x", "y"), normal_force=1.0, friction=friction, slider_speed=(speed, 0.0))
+        ],
+        loads=[ss.Harmonic({"x": load}, rate / (2 * np.pi))],
+    )
+    settled = 60 * 2 * np.pi / rate
+    run = ss.simulate(scene, settled, ss.State([0.0, 0.0], [0.01, 0.0], "oo"))
+    cycle = run.limit_cycle(further=200.0)
+    state = run.state(settled)
+    place = np.concatenate([state.position, state.velocity])
+    free = [0, 1, 2, 3] if state.combination == "oo" else [0, 1]
+
+    def after(moved):
+        return end(ss.simulate(scene, cycle.period, ss.State(moved[:2], moved[2:], state.combination)))[free]
+
+    columns = [(after(place + 1e-6 * unit) - after(place - 1e-6 * unit)) / 2e-6 for unit in np.eye(4)[free]]
+    known = sorted(np.abs(np.linalg.eigvals(np.transpose(columns))))
+    np.testing.assert_allclose(sorted(np.abs(cycle.multipliers))[-len(free) :], known, atol=2e-8)
+
+
 def test_the_multipliers_of_stick_and_slip_are_the_rates_at_which_its_periods_settle():
     scene = ss.Scene(
         [1.0, 1.0],
