@@ -30,7 +30,7 @@ const CEILINGS: [(&str, usize); 12] = [
     ("contact", 3880),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 13255),
+    ("motion", 13365),
     ("transient", 4250),
     ("energy", 668),
     ("cycles", 4470),
