@@ -133,6 +133,13 @@ KINDS: dict[str, Callable[[], ss.Scene]] = {
         force=[0.0, -5.0, 0.0],
         dofs=["x", "y", "z"],
     ),
+    "plane with a spring that opens": lambda: _scene(
+        _belt(tangential=("x", "z"), slider_speed=(0.1, 0.05), tangential_stiffness=400.0),
+        mass=[1.0, 1.0, 1.0],
+        stiffness=[[90.0, 10.0, 5.0], [10.0, 200.0, -20.0], [5.0, -20.0, 60.0]],
+        force=[0.0, -5.0, 0.0],
+        dofs=["x", "y", "z"],
+    ),
     "Stribeck": lambda: _scene(_belt(friction=ss.friction.Stribeck(static=0.8, kinetic=0.4, speed=0.1))),
     "table": lambda: _scene(
         _belt(friction=ss.friction.Tabulated(speeds=[0.0, 0.1, 0.5], values=[0.8, 0.5, 0.45]))

@@ -83,9 +83,9 @@ class Contact:
         Stiffnesses of springs, N/m, between the contact and the dofs that its directions name; None: the
         contact is rigid. With springs the contact is a node without mass: its gap closes without an impact,
         and its slip velocity is that of the node. With a normal stiffness only, the slip velocity is that of
-        the dofs. A tangential stiffness needs a normal one, or a given normal force. In a plane it is that
-        in every direction, under a given normal force: ``s`` while the node rests on the slider, ``o`` while
-        it slips with ``|T| = friction N``. A normal stiffness may
+        the dofs. Along a line a tangential stiffness needs a normal one, or a given normal force. In a plane
+        it is that in every direction, with a rigid normal direction or a given normal force: ``s`` while the
+        node rests on the slider, ``o`` while it slips with ``|T| = friction N``. A normal stiffness may
         be a law of `stickslip.spring`, or its table in files: ``N = phi(u)``, N, at the penetration ``u =
         -(n . x + gap)``, m. The force is 0 at u = 0 and its slope there positive. It has to press at every
         penetration that occurs, and a tangential stiffness beside it is not computed.
@@ -185,8 +185,7 @@ def is_in_plane(contact: Any) -> bool:
 def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
     """Return contacts with one tangential direction each: friction in a plane as two of them.
 
-    Raise `InputError` if the speeds or vibrations of a slider are no pairs, or a contact that opens has
-    a spring along its plane.
+    Raise `InputError` if the speeds or vibrations of a slider are no pairs.
     """
     count = [2 if is_in_plane(contact) else 1 for contact in contacts]
     first = [sum(count[:k]) for k in range(len(count))]
@@ -198,12 +197,6 @@ def along_lines(contacts: Sequence[Any]) -> tuple[Any, ...]:
             moved = known and contact.beside < len(first) and first[contact.beside] != contact.beside
             found.append(dataclasses.replace(contact, beside=first[contact.beside]) if moved else contact)
             continue
-        if contact.tangential_stiffness is not None and contact.normal is not None:
-            raise InputError(
-                f"contact {k}: tangential_stiffness: friction in a plane acts on a spring only where the"
-                " normal force does not change; state a normal_force, or tie a dof with a small mass to the"
-                " body"
-            )
         speeds = _pair(k, "slider_speed", contact.slider_speed, 0.0)
         waves = _pair(k, "slider_vibration", contact.slider_vibration, None)
         for place, direction in enumerate(contact.tangential):

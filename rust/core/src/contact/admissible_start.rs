@@ -52,7 +52,6 @@ pub(crate) fn coordinates_at(
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
     hold_nodes(scene, state, &mut q, &mut u)?;
     give_states(scene, state, &mut u)?;
-    scene.begin_elastic_planes(&state.combination, &state.friction_force, &mut u)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
@@ -107,6 +106,7 @@ pub(crate) fn coordinates_at(
             u[law.tangential] = law.slider_speed;
         }
     }
+    scene.begin_elastic_planes(&state.combination, &state.friction_force, &q, &mut u)?;
     let (mut undetermined, mut functions) = (Vec::new(), Vec::new());
     if scene.has_dependent_directions() {
         scene.fitted(&state.combination).follow(&mut q, &mut u);

@@ -22,6 +22,12 @@ pub(crate) fn reaction(scene: &Scene, row: usize) -> Functional {
     }
 }
 
+/// The reaction of a held coordinate, and its rate in a combination in which nothing nonlinear moves it.
+pub(crate) fn pressing(scene: &Scene, combination: &Combination, row: usize) -> [Functional; 2] {
+    let (position, velocity, constant) = scene.reaction_rate(combination, row);
+    [reaction(scene, row), Functional { position, velocity, constant }]
+}
+
 /// The contact forces of one combination, in one state after the other.
 #[derive(Debug)]
 pub(crate) struct ContactForces {
@@ -101,9 +107,11 @@ pub(crate) fn contact_forces_in(
     let in_state = &*scene.in_state(combination, q, u);
     let mut forces = ContactForces::new(in_state, combination).values(in_state, q, u);
     for (contact, force) in forces.iter_mut().enumerate() {
-        let given = scene.state_of(contact).is_some_and(|own| own.normal.is_none());
-        let own = || scene.of_state(contact, combination.statuses()[contact], u);
-        if let Some(own) = given.then(own).flatten() {
+        let closed = combination.statuses()[contact].is_closed();
+        let in_state = |own: &StateContact| own.normal.is_none() || own.law.is_spring();
+        let known = closed && scene.state_of(contact).is_some_and(in_state);
+        let own = || scene.of_state(contact, combination, q, u);
+        if let Some(own) = known.then(own).flatten() {
             force.1 = own.friction;
         }
     }

@@ -9,14 +9,14 @@
 //! | `o` | N | normal force zero |
 //! | `s` in a plane | `(mu_static N)^2 - T_x^2 - T_y^2` | onset of slip `o` |
 //! | `s` in a plane | N | normal force zero |
-//! | `o` on a spring of its own | `-T . w` | the node comes to rest |
+//! | `o` on a spring of its own | `-T . w - r r'`, `r = mu N / k` | the node comes to rest |
 //! | `d` | g | gap closes |
 //!
 //! Both functions of a contact that sticks along a line are positive only while N is, so N needs none of its own.
 
 use nalgebra::DMatrix;
 
-use crate::contact::contact_forces::{contact_forces, dependent_forces, reaction};
+use crate::contact::contact_forces::{contact_forces, dependent_forces, pressing, reaction};
 use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::problem::dependent::{MOST, eliminated};
@@ -85,10 +85,9 @@ pub(crate) fn event_functions(
     combination: &Combination,
 ) -> Result<Vec<EventFunction>, Error> {
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
-    let statuses = combination.statuses().iter().enumerate();
-    let mut functions: Vec<EventFunction> = statuses
-        .flat_map(|(contact, &status)| of_contact(scene, contact, status, &coupled))
-        .collect();
+    let contacts = 0..scene.contacts.len();
+    let mut functions: Vec<EventFunction> =
+        contacts.flat_map(|contact| of_contact(scene, contact, combination, &coupled)).collect();
     if let (Some(w), Some(forces), false) =
         (&scene.coordinates.delassus, &coupled, !scene.has_dependent_directions())
     {
@@ -103,13 +102,13 @@ pub(crate) fn event_functions(
     Ok(functions)
 }
 
-/// The event functions of one contact in a status; mass must not couple contacts.
+/// The event functions of one contact in a combination; mass must not couple contacts.
 pub(crate) fn functions_of_contact(
     scene: &Scene,
     contact: usize,
-    status: Status,
+    combination: &Combination,
 ) -> Vec<EventFunction> {
-    of_contact(scene, contact, status, &None)
+    of_contact(scene, contact, combination, &None)
 }
 
 /// The event function by which `trigger` ends the status of one contact; for a sticking contact whose friction cone closes
@@ -139,7 +138,7 @@ pub(crate) fn ending(
     }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let status = combination.statuses()[contact];
-    let mut functions = of_contact(scene, contact, status, &coupled).into_iter();
+    let mut functions = of_contact(scene, contact, combination, &coupled).into_iter();
     functions.find(|function| function.trigger == trigger).unwrap_or_else(|| {
         let normal = match coupled {
             Some(mut forces) => forces.swap_remove(contact).1,
@@ -173,10 +172,11 @@ pub(crate) fn gap_of(law: &Contact) -> Functional {
 fn of_contact(
     scene: &Scene,
     contact: usize,
-    status: Status,
+    combination: &Combination,
     coupled: &Option<Vec<(Functional, Functional)>>,
 ) -> Vec<EventFunction> {
     let law = &scene.contacts[contact];
+    let status = combination.statuses()[contact];
     let function = |trigger, functional| EventFunction::kinematic(contact, trigger, functional);
     let [t, n] = [2 * contact, 2 * contact + 1];
     let (friction, normal) = match coupled {
@@ -196,7 +196,7 @@ fn of_contact(
             slip.into_iter().chain(releases(scene, contact, normal)).collect()
         }
         Status::Slipping | Status::Elastic if let Some(own) = scene.state_of(contact) => {
-            of_spring_in_plane(scene, contact, own, status)
+            of_spring_in_plane(scene, (contact, own), combination)
         }
         Status::Sticking if let Some(plane) = law.plane => {
             let part = |part, force, functional| EventFunction {
@@ -259,31 +259,45 @@ fn releases(scene: &Scene, contact: usize, normal: Functional) -> Vec<EventFunct
 
 /// Those of one direction of a contact in a plane that a spring ties to its body: of one that rests parts of
 /// `(mu N)^2 - T_x^2 - T_y^2`. One that slips does so while `z . w > 0`, with the deflection z and the velocity w of the body;
-/// with c of the first direction, `4 c z w = (c z + w)^2 - (c z - w)^2`.
+/// with c of the first direction, `4 c z w = (c z + w)^2 - (c z - w)^2`. Where N changes it does so while `z . w > r r'` with
+/// `r = mu N / k`, and r and r' take the places of z and w in squares of their own, of the other sign.
 fn of_spring_in_plane(
     scene: &Scene,
-    contact: usize,
-    own: &StateContact,
-    status: Status,
+    (contact, own): (usize, &StateContact),
+    combination: &Combination,
 ) -> Vec<EventFunction> {
     let part = |trigger, part, functional| EventFunction {
         cone: Some(part),
         ..EventFunction::kinematic(contact, trigger, functional)
     };
-    let first = scene.elastic_plane(contact).filter(|plane| plane.beside < contact);
-    let scale = first.as_ref().map_or(own.scale, |plane| plane.directions[1].scale);
-    if status == Status::Slipping {
+    let Some(plane) = scene.elastic_plane(contact) else { return Vec::new() };
+    let is_first = contact < plane.beside;
+    let scale = plane.directions[usize::from(!is_first)].scale;
+    let opens = match plane.normal {
+        Some(normal) if is_first => releases(scene, contact, reaction(scene, normal)),
+        _ => Vec::new(),
+    };
+    if combination.statuses()[contact] == Status::Slipping {
         let slip = slip_velocity(scene, contact);
         let (coordinate, weight) = own.as_velocity();
         let velocity = vec![(coordinate, weight * scale)];
         let deflection = Functional { velocity, ..Functional::default() };
-        let of = |sign: f64| Functional::sum([(0.5, &deflection), (0.5 * sign, &slip)].into_iter());
+        let of = |[length, rate]: [&Functional; 2]| {
+            let half = |sign: f64| Functional::sum([(0.5, length), (0.5 * sign, rate)].into_iter());
+            [1.0, -1.0].map(half)
+        };
         let trigger = EventKind::Velocity;
-        let [sum, difference] = [1.0, -1.0].map(of);
-        return vec![
-            part(trigger, ConePart::Force, difference),
-            part(trigger, ConePart::Limit, sum),
-        ];
+        let [sum, difference] = of([&deflection, &slip]);
+        let mut parts =
+            vec![part(trigger, ConePart::Force, difference), part(trigger, ConePart::Limit, sum)];
+        if let Some(normal) = plane.normal.filter(|_| is_first) {
+            let [force, rate] = pressing(scene, combination, normal);
+            let [length, rate] = [force.scaled(scale * plane.extent), rate.scaled(plane.extent)];
+            let [sum, difference] = of([&length, &rate]);
+            parts.push(part(trigger, ConePart::Force, sum));
+            parts.push(part(trigger, ConePart::Limit, difference));
+        }
+        return parts.into_iter().chain(opens).collect();
     }
     let (trigger, (coordinate, weight)) = (EventKind::Slip, own.as_velocity());
     let force = Functional {
@@ -291,16 +305,23 @@ fn of_spring_in_plane(
         ..Functional::default()
     };
     let limit = own.normal_force * own.steady_friction(0.0);
-    let limit = Functional { constant: limit, ..Functional::default() };
+    let limit = match plane.normal {
+        Some(normal) => reaction(scene, normal).scaled(limit),
+        None => Functional { constant: limit, ..Functional::default() },
+    };
     let mut parts = vec![part(trigger, ConePart::Force, force)];
-    parts.extend(first.is_none().then(|| part(trigger, ConePart::Limit, limit)));
-    parts
+    parts.extend(is_first.then(|| part(trigger, ConePart::Limit, limit)));
+    parts.into_iter().chain(opens).collect()
 }
 
 /// The parts of the event function of a contact in a plane.
-pub(crate) fn cone_parts(scene: &Scene, contact: usize, status: Status) -> Vec<EventFunction> {
+pub(crate) fn cone_parts(
+    scene: &Scene,
+    contact: usize,
+    combination: &Combination,
+) -> Vec<EventFunction> {
     let Some(plane) = scene.contacts[contact].plane else { return Vec::new() };
-    let both = [contact, plane.beside].map(|one| functions_of_contact(scene, one, status));
+    let both = [contact, plane.beside].map(|one| functions_of_contact(scene, one, combination));
     both.into_iter().flatten().filter(|one| one.cone.is_some()).collect()
 }
 

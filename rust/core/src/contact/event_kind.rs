@@ -104,9 +104,9 @@ impl EventKind {
             self,
             EventKind::Release | EventKind::Impact | EventKind::Closing | EventKind::Accumulation
         );
-        let state =
-            contact.hidden.filter(|_| opens_or_closes).map(|hidden| Set::Speed(hidden, 0.0));
-        place.chain(speed).chain(beside).chain(state)
+        let both = [contact.hidden, contact.plane.and_then(|plane| plane.hidden)];
+        let states = both.into_iter().flatten().filter(move |_| opens_or_closes);
+        place.chain(speed).chain(beside).chain(states.map(|hidden| Set::Speed(hidden, 0.0)))
     }
 }
 

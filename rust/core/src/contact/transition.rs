@@ -12,7 +12,7 @@ use crate::error::run::{LawEnd, RunFailure};
 use crate::scene::contact_law::{Contact, Directions, Plane};
 use crate::scene::friction::plane::beyond_limit;
 use crate::scene::model::Scene;
-use crate::scene::status::Status;
+use crate::scene::status::{Combination, Status};
 
 /// Part of a friction limit within which a force is at it: a node comes to rest with the rounding of its slip.
 const AT_LIMIT: f64 = 1e-11;
@@ -91,12 +91,15 @@ pub(crate) fn settle(
         let is_settled = opens && !law.normal_has_mass();
         if let Some(plane) = law.plane {
             // The first direction settles both.
-            // Velocities that jump elsewhere leave a spring as it is.
-            let reached = (impact || switched || jump) && before.is_closed() && !law.is_elastic();
+            // Velocities that jump elsewhere leave a spring as it is, where they do not change its normal force.
+            let given = law.is_elastic() && !plane.opens;
+            let reached = (impact || switched || jump) && before.is_closed() && !given;
             let touched = (trigger.is_some() || reached) && !is_settled;
             if contact < plane.beside && touched {
                 let (after, departure) = match law.is_elastic() {
-                    true => settle_spring_in_plane(trigger),
+                    true => {
+                        settle_spring_in_plane(scene, contact, trigger, &settlement.statuses, q, u)
+                    }
                     false => settle_in_plane(scene, contact, plane, trigger, q, u),
                 };
                 settlement.record(contact, trigger, after, departure);
@@ -206,12 +209,40 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
 }
 
 /// The same of a contact in a plane that a spring ties to its body. Where its slip ends, `|T|` is at its limit and its rate, which is
-/// proportional to the slip speed, at zero.
-fn settle_spring_in_plane(trigger: Option<EventKind>) -> (Status, Departure) {
+/// proportional to the slip speed, at zero. Where it closes, its spring is relaxed.
+fn settle_spring_in_plane(
+    scene: &Scene,
+    contact: usize,
+    trigger: Option<EventKind>,
+    statuses: &[Status],
+    q: &[f64],
+    u: &mut [f64],
+) -> (Status, Departure) {
+    let normal = scene.contacts[contact].normal;
     match trigger {
-        Some(EventKind::Slip) => (Status::Slipping, Departure::None),
-        _ => (Status::Elastic, Departure::Bound(Status::Slipping, 2)),
+        Some(EventKind::Slip) => return (Status::Slipping, Departure::None),
+        Some(EventKind::Velocity) => {
+            return (Status::Elastic, Departure::Bound(Status::Slipping, 2));
+        }
+        Some(EventKind::Release) => return (Status::Detached, Departure::Gap(3)),
+        Some(EventKind::Impact) if u[normal] > 0.0 => return (Status::Detached, Departure::Gap(1)),
+        _ => {}
     }
+    let normal_force = scene.reaction_value(normal, q, u);
+    if touches(scene, normal, trigger, normal_force, q, u) {
+        return (Status::Elastic, Departure::Force(1));
+    }
+    if normal_force < 0.0 {
+        return (Status::Detached, Departure::Gap(2));
+    }
+    if !statuses[contact].is_closed() {
+        return (Status::Elastic, Departure::None);
+    }
+    let combination = Combination::new(statuses.to_vec());
+    let (status, order) = scene.settle_elastic_plane(contact, &combination, q, u);
+    let departure =
+        if order == 0 { Departure::None } else { Departure::Bound(Status::Slipping, order) };
+    (status, departure)
 }
 
 /// The status of a contact in a plane, which both directions have, and its departure.

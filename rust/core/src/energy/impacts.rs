@@ -52,6 +52,7 @@ pub(crate) fn add_impacts(
             _ => {}
         }
     }
+    add_jumps_of_springs(trajectory, phase, u, impacts);
     if !impact || jump_of_places && scene.massless.is_empty() {
         return;
     }
@@ -92,6 +93,38 @@ pub(crate) fn add_impacts(
             slider: p_t * (law.slider_speed + slider_vibration(law, u, &rest)),
             friction: -p_t * (mean(law.tangential) - law.slider_speed) + slid,
         });
+    }
+}
+
+/// Adds what springs of contacts in planes lose as their nodes move at once: where the normal force jumps, and with it the limit of
+/// their forces.
+fn add_jumps_of_springs(
+    trajectory: &Trajectory,
+    phase: usize,
+    u: &[f64],
+    impacts: &mut Vec<ImpactWork>,
+) {
+    let springs = trajectory.scene().state_contacts();
+    let springs = springs.filter(|(_, own)| own.law.is_spring() && own.normal.is_some());
+    let springs: Vec<_> = springs.collect();
+    if springs.is_empty() {
+        return;
+    }
+    let time = trajectory.phases[phase].start;
+    let state = trajectory.phase_state(phase);
+    let (_, after) = state.parts();
+    for (contact, own) in springs {
+        let [before, after] = [u[own.coordinate], after[own.coordinate]];
+        let friction = 0.5 * own.mass * (before + after) * (before - after);
+        if friction != 0.0 {
+            impacts.push(ImpactWork {
+                time,
+                contact: *contact,
+                normal: 0.0,
+                slider: 0.0,
+                friction,
+            });
+        }
     }
 }
 

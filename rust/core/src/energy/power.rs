@@ -20,8 +20,9 @@ use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::Contact;
 use crate::scene::equation_of_motion::EquationOfMotion;
+use crate::scene::friction::contact_state::InState;
 use crate::scene::model::Scene;
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 use crate::transient::trajectory::model::Trajectory;
 use crate::transient::trajectory::sampling::Cursor;
 
@@ -141,28 +142,31 @@ pub(crate) fn contact_powers<'a>(
     u: &'a [f64],
     rest: &'a [f64],
 ) -> impl Iterator<Item = ContactPower> + use<'a> {
-    let statuses = forces.combination.statuses().to_vec();
-    let forces = forces.values(scene, q, u).into_iter();
-    forces.zip(scene.contacts.iter().enumerate()).map(
-        move |((normal, friction), (contact, law))| {
-            let of_state = scene.of_state(contact, statuses[contact], u);
-            let stored = of_state.as_ref().map_or(0.0, |own| own.stored);
-            let wear = of_state.and_then(|own| own.wear);
-            ContactPower {
-                structure: friction * rest[law.tangential] + stored,
-                slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
-                wear: wear.unwrap_or_else(|| match law.plane {
-                    None => normal * (u[law.tangential] - law.slider_speed).abs(),
-                    // N |w| by its parts along both directions.
-                    Some(plane) => {
-                        let slip = u[law.tangential] - law.slider_speed;
-                        let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
-                        if speed == 0.0 { 0.0 } else { normal * slip * slip / speed }
-                    }
-                }),
-            }
-        },
-    )
+    let of_states: Vec<Option<InState>> = {
+        let all = forces.combination.statuses().iter().enumerate();
+        let closed = |(contact, status): (usize, &Status)| {
+            status.is_closed().then(|| scene.of_state(contact, &forces.combination, q, u))?
+        };
+        all.map(closed).collect()
+    };
+    let forces = forces.values(scene, q, u).into_iter().zip(of_states);
+    forces.zip(&scene.contacts).map(move |(((normal, friction), of_state), law)| {
+        let stored = of_state.as_ref().map_or(0.0, |own| own.stored);
+        let wear = of_state.and_then(|own| own.wear);
+        ContactPower {
+            structure: friction * rest[law.tangential] + stored,
+            slider: friction * (law.slider_speed + slider_vibration(law, u, rest)),
+            wear: wear.unwrap_or_else(|| match law.plane {
+                None => normal * (u[law.tangential] - law.slider_speed).abs(),
+                // N |w| by its parts along both directions.
+                Some(plane) => {
+                    let slip = u[law.tangential] - law.slider_speed;
+                    let speed = slip.hypot(u[plane.tangential] - plane.slider_speed);
+                    if speed == 0.0 { 0.0 } else { normal * slip * slip / speed }
+                }
+            }),
+        }
+    })
 }
 
 /// The speed that vibration adds to that of a slider.

@@ -168,6 +168,8 @@ pub struct Plane {
     /// The coordinate of the deflection, where a spring ties the contact to its body; see
     /// [`crate::scene::friction::elastic_plane`].
     pub deflection: Option<usize>,
+    /// The coordinate of the state of the contact along the other direction, where both can open.
+    pub hidden: Option<usize>,
 }
 
 impl Contact {
@@ -328,7 +330,8 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        if self.springs.tangential.is_some() && self.springs.normal.is_none() && !given {
+        let is_rigid = self.springs.normal.is_none() && !given && self.beside.is_none();
+        if self.springs.tangential.is_some() && is_rigid {
             return Err(Error::RigidNormal { contact });
         }
         if let Some(state) = &self.state {

@@ -192,12 +192,17 @@ impl Scene {
         for HiddenDof { contact, dof, mass } in stated.hidden {
             let law = &mut contacts[contact];
             let Some(state) = &stated.contacts[contact].state else { continue };
-            law.hidden = law.opens().then_some(dof);
+            let opens = law.opens() || stated.contacts[contact].shares_normal(&stated.contacts);
+            law.hidden = opens.then_some(dof);
+            let normal_force = match state.is_spring() {
+                true => stated.contacts[contact].normal_force,
+                false => pressing(law, &stiffness, &force),
+            };
             let own = StateContact::new(
                 state,
                 (law.tangential, law.slider_speed),
                 (dof, mass),
-                (law.opens().then_some(law.normal), pressing(law, &stiffness, &force)),
+                (opens.then_some(law.normal), normal_force),
             )?;
             states.push((contact, own));
         }

@@ -72,8 +72,7 @@ impl EventValue {
         match function.cone {
             None => Self::Affine(part(function)),
             Some(_) => {
-                let status = combination.statuses()[function.contact];
-                let squares = cone_parts(&phase, function.contact, status).into_iter();
+                let squares = cone_parts(&phase, function.contact, combination).into_iter();
                 let sign = |one: &EventFunction| one.cone.map_or(0.0, ConePart::sign);
                 Self::Squares(squares.map(|one| (sign(&one), part(one))).collect())
             }

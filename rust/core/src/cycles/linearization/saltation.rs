@@ -139,10 +139,15 @@ impl Passage {
             return Ok(());
         }
         if self.trigger == EventKind::Impact {
-            return self.strike(scene, before, state);
+            self.strike(scene, before, state)?;
         }
         let (q, u) = state.split_at_mut(scene.size);
-        self.sets(scene).for_each(|set| set.apply(q, u));
+        if self.trigger != EventKind::Impact {
+            self.sets(scene).for_each(|set| set.apply(q, u));
+        }
+        if matches!(self.trigger, EventKind::Impact | EventKind::Load) {
+            scene.return_springs(before, q, u);
+        }
         Ok(())
     }
 
@@ -280,6 +285,9 @@ impl Passage {
                     }
                 }
             }
+        }
+        if matches!(self.trigger, EventKind::Impact | EventKind::Load) {
+            scene.differentiate_return(before, [end, arrived], &mut matrix);
         }
         Ok(SparseMatrix::from_dense(&matrix))
     }

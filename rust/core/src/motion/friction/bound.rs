@@ -94,6 +94,7 @@ impl Kernel for Bound<'_> {
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
         let part = |of_scale: f64| (of_scale * scale).max(*least_tube);
+        let slips = slips.filter(|of| !of.1.fades);
         let radius = slips.fold(part(TUBE), |radius, (one, sliding)| {
             let of_pieces = match one.law {
                 FrictionLaw::Tabulated(_) | FrictionLaw::Pieces(_) => part(TUBE_OF_TABLES),
@@ -135,7 +136,13 @@ impl Kernel for Bound<'_> {
             };
             if let Some(input) = &one.state {
                 let Sliding { series, state, bounds, force, .. } = sliding;
-                let beyond = [one.slip_norm, input.norm].map(|norm| radius * norm);
+                if sliding.fades {
+                    *bounds =
+                        ContactBounds { pressed: size(&sliding.normal), ..Default::default() };
+                    continue;
+                }
+                let mut beyond = [one.slip_norm, input.norm].map(|norm| radius * norm);
+                beyond[1] += sliding.state_beyond;
                 let moves = [state[0], moved(state)];
                 let (law, by_state) =
                     series.bounds_with_state(&one.law, moves, beyond, shortenings);
@@ -188,10 +195,11 @@ impl Kernel for Bound<'_> {
             );
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
-        let of_contacts = operator.apart && operator.contacts.iter().all(|one| !one.is_element());
-        let apart = scene.coupled_mass.is_none() && operator.response.is_none() && of_contacts;
-        let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
-        let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
+        let elements = operator.contacts.iter().any(LawContact::is_element);
+        let coupled = scene.coupled_mass.is_some() || operator.response.is_some() || elements;
+        let groups = operator.groups.as_ref().filter(|_| !coupled);
+        // Truncation, rounding and change per error of the state.
+        let mut sums = RowSums::new(groups.map(|groups| &groups[..]));
         let (mut flowing, mut follows) = (0.0, true);
         // Of states that relax: how they do, and defects of their rows.
         let (mut relaxing, mut relaxed, mut begins_apart) = (Vec::new(), [0.0_f64; 2], 0.0_f64);
@@ -208,16 +216,22 @@ impl Kernel for Bound<'_> {
             };
             let size = sliding.at_origin_size + of_normal;
             let by_force = taylor.width * one.force_norm;
+            if let (Some(fading), true) = (one.fading(), sliding.fades) {
+                // The deflection begins without a force at a contact that closes again.
+                sums.add(place, [0.0, reach * by_force * fading.largest * pressed, 0.0]);
+                continue;
+            }
             let by_inputs = sliding.bounds.by_inputs(one);
+            let (by_state, state_beyond) = (sliding.bounds.by_state, sliding.state_beyond);
             let of_state = one.state.as_ref().map_or(0.0, |state| {
-                UNIT * in_row * sliding.bounds.by_state * size_of(&state.value, sizes)
+                let size = sliding.state_at_origin[1] + size_of(&state.value, sizes);
+                by_state * (UNIT * in_row * size + uncounted * state.norm)
             });
+            let left_out = left_out + by_state * state_beyond * pressed;
             if one.is_bare() {
                 let cut = left_out + law.truncation;
                 let (round, gain) = (law.rounding + of_state, by_inputs);
-                truncated = together(truncated, by_force * cut);
-                rounded = together(rounded, by_force * round);
-                lipschitz = together(lipschitz, one.force_norm * gain);
+                sums.add(place, [by_force * cut, by_force * round, one.force_norm * gain]);
                 sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
                 continue;
             }
@@ -243,8 +257,8 @@ impl Kernel for Bound<'_> {
                 // The own spring of the coordinate takes differences back.
                 let apart = gain - 2.0 * flow.spring / flow.weight;
                 flowing = f64::max(flowing, by_place * apart.max(0.0));
-                truncated = together(truncated, taylor.width * by_place * cut);
-                rounded = together(rounded, taylor.width * by_place * round);
+                let by_place = taylor.width * by_place;
+                sums.add(place, [by_place * cut, by_place * round, 0.0]);
                 follows &= by_force * (gain * radius + cut + round) <= within;
                 continue;
             }
@@ -268,14 +282,12 @@ impl Kernel for Bound<'_> {
                         .map(|(largest, own)| largest.max(by_force * own));
                 }
                 None => {
-                    truncated = together(truncated, by_force * cut);
-                    rounded = together(rounded, by_force * round);
-                    lipschitz = together(lipschitz, one.force_norm * gain);
+                    sums.add(place, [by_force * cut, by_force * round, one.force_norm * gain]);
                 }
             }
             sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
-        for (one, series) in operator.planes.iter().zip(&*planes) {
+        for (place, (one, series)) in operator.planes.iter().zip(&*planes).enumerate() {
             let [mut sized, mut cut, mut round] =
                 [series.at_origin[1] + size_of(&one.limit, sizes), series.beyond, 0.0];
             let mut limit_norm = one.limit_norm;
@@ -291,11 +303,12 @@ impl Kernel for Bound<'_> {
             let width = taylor.width;
             let panel = PanelSizes { units, shortenings, width, of_limit, limit_norm, radius };
             let PlaneBound { cut, round, apart, growth } = series.error(one, &panel);
-            lipschitz = together(lipschitz, one.force_norm * growth);
-            truncated = together(truncated, taylor.width * one.force_norm * cut);
-            let round = taylor.width * one.force_norm * round + widened * apart / one.slip_norm;
-            rounded = together(rounded, round);
+            let by_force = taylor.width * one.force_norm;
+            let round = by_force * round + widened * apart / one.slip_norm;
+            let place = operator.contacts.len() + place;
+            sums.add(place, [by_force * cut, round, one.force_norm * growth]);
         }
+        let [mut truncated, mut rounded, lipschitz] = sums.all();
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
         let of_orders: f64 = match scene.coupled_mass {
@@ -317,6 +330,31 @@ impl Kernel for Bound<'_> {
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, radius, holds: false };
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
+    }
+}
+
+/// Sums over the contacts of a combination: where the norm is the largest entry and contacts act on rows apart, the worst row counts.
+struct RowSums<'a> {
+    groups: Option<&'a [usize]>,
+    /// By the first contact of each group; of all contacts where they are not apart.
+    of: Vec<[f64; 3]>,
+}
+
+impl<'a> RowSums<'a> {
+    fn new(groups: Option<&'a [usize]>) -> Self {
+        Self { groups, of: Vec::new() }
+    }
+
+    fn add(&mut self, place: usize, parts: [f64; 3]) {
+        let own = self.groups.map_or(0, |groups| groups.get(place).copied().unwrap_or(place));
+        if self.of.len() <= own {
+            self.of.resize(own + 1, [0.0; 3]);
+        }
+        self.of[own].iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+    }
+
+    fn all(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.of.iter().map(|sums| sums[i]).fold(0.0, worse))
     }
 }
 

@@ -14,7 +14,7 @@ use crate::motion::friction::plane::widths::CONSTANT;
 use crate::motion::friction::series::coefficients::{UNIT, lowest, scale};
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::followed_state::FollowedState;
-use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf};
+use crate::motion::friction::series::law_contact::{Fading, Flow, LawContact, LawOf};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::panel::Panel;
@@ -32,6 +32,11 @@ pub(super) const TRIALS: usize = 60;
 /// Panels one after the other that may be this short in terms of the time, between speeds of tables: the time hardly shows them.
 pub(super) const STALLED: usize = 1000;
 const SHORT: f64 = 64.0 * f64::EPSILON;
+/// Of the last panel before a normal force vanishes: its width per time that is left at the rate of this force, what a deflection
+/// that is left out may be on it, relative to the state, and the part of the truncation that its effect on the motion may be.
+const BEYOND: f64 = 2.0;
+const DEFLECTED: f64 = 1e-8;
+const PART: f64 = 0.5;
 /// What a panel on which a law has no bound is shortened by.
 const UNBOUNDED: f64 = 0.7;
 /// Bound of truncation on a panel, relative to the state: two ulps.
@@ -45,8 +50,13 @@ const CHANGES: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct Sliding {
     pub(super) series: LawSeries,
-    /// The state of a formula.
+    /// The state of a formula, what its displacements add in the order beyond, and its value at the origin at rest with the sum of
+    /// the absolute values of its terms.
     pub(super) state: [f64; COEFFICIENTS],
+    pub(super) state_beyond: f64,
+    pub(super) state_at_origin: [f64; 2],
+    /// Whether it is left out of the panel, at the end of which its normal force vanishes.
+    pub(super) fades: bool,
     /// N, and what its displacements add in the order beyond.
     pub(super) normal: [f64; COEFFICIENTS],
     pub(super) beyond: f64,
@@ -86,9 +96,10 @@ impl Sliding {
 
     /// Whether slip speed and state stay where the series of the law holds.
     fn is_within_reach(&self, one: &LawContact) -> bool {
-        let Self { series, state, .. } = self;
-        series.range() <= series.reach(&one.law)
-            && (one.state.is_none() || moved(state) <= series.reach_of_state())
+        let Self { series, state, fades, .. } = self;
+        *fades
+            || series.range() <= series.reach(&one.law)
+                && (one.state.is_none() || moved(state) <= series.reach_of_state())
     }
 }
 
@@ -202,13 +213,16 @@ impl Kernel for Shorten<'_> {
         planes.iter_mut().for_each(|series| series.shorten(&powers));
         scale(all, &powers);
         for sliding in contacts {
-            let Sliding { series, state, normal, force, beyond, friction_beyond, .. } = sliding;
+            let Sliding {
+                series, state, normal, force, beyond, state_beyond, friction_beyond, ..
+            } = sliding;
             sliding.followed.shorten(&powers);
             series.shorten(&powers);
             scale(state, &powers);
             scale(normal, &powers);
             scale(force, &powers);
             *beyond *= powers[COEFFICIENTS];
+            *state_beyond *= powers[COEFFICIENTS];
             *friction_beyond *= powers[COEFFICIENTS];
         }
     }
@@ -281,19 +295,18 @@ impl LawMotion {
             let origin = &self.taylor.origin;
             let of_origin = |sum: f64, &(k, weight): &(usize, f64)| sum + weight * origin[k];
             let size = |sum: f64, &(k, weight): &(usize, f64)| sum + (weight * origin[k]).abs();
-            let Functional { position, constant, .. } = &one.normal;
-            sliding.at_origin = position.iter().fold(*constant, of_origin);
-            sliding.at_origin_size = position.iter().fold(constant.abs(), size);
-            let Functional { position, constant, .. } = &one.slip;
-            sliding.slip_at_origin = [
-                position.iter().fold(*constant, of_origin),
-                position.iter().fold(constant.abs(), size),
-            ];
-            if let Some(Flow { friction: Functional { position, constant, .. }, .. }) = &one.flow {
-                sliding.friction_at_origin = [
+            let at_origin = |Functional { position, constant, .. }: &Functional| {
+                [
                     position.iter().fold(*constant, of_origin),
                     position.iter().fold(constant.abs(), size),
-                ];
+                ]
+            };
+            [sliding.at_origin, sliding.at_origin_size] = at_origin(&one.normal);
+            sliding.slip_at_origin = at_origin(&one.slip);
+            sliding.state_at_origin =
+                one.state.as_ref().map_or([0.0; 2], |state| at_origin(&state.value));
+            if let Some(Flow { friction, .. }) = &one.flow {
+                sliding.friction_at_origin = at_origin(friction);
                 let [friction, normal] = [sliding.friction_at_origin[0], sliding.at_origin];
                 let stiffness = one.law.slope(speed) * normal;
                 if stiffness > 0.0 && friction.is_finite() {
@@ -354,6 +367,7 @@ impl LawMotion {
         if self.share != 1.0 {
             self.taylor.begin_within(self.share);
         }
+        self.fade(operator);
         self.powers = [1.0; COEFFICIENTS];
         self.shortenings = 0;
         // Deflections that have followed go on to do so, and need no series in time.
@@ -447,6 +461,48 @@ impl LawMotion {
             }
         }
         self.cut(operator, scale);
+    }
+
+    /// Leaves the products of springs in planes out of the last panel before their normal forces vanish, where the deflections that
+    /// they change hardly change the motion any more.
+    fn fade(&mut self, operator: &LawOperator) {
+        let Self { taylor, contacts, .. } = self;
+        let scale = taylor.scale_at_start(&operator.taylor);
+        let value = |of: &Functional| {
+            let terms = of.position.iter().map(|&(k, weight)| weight * taylor.origin[k]);
+            of.constant + terms.sum::<f64>() + taylor.coefficient(of, 0)
+        };
+        contacts.iter_mut().for_each(|sliding| sliding.fades = false);
+        let of = |one: &LawContact| one.fading().map(|fading| fading.contact);
+        let mut width = f64::INFINITY;
+        let mut first = 0;
+        while let Some(of_one) = operator
+            .contacts
+            .get(first..)
+            .and_then(|all| all.chunk_by(|a, b| of(a) == of(b)).next())
+        {
+            let own = first..first + of_one.len();
+            first = own.end;
+            let Some(Fading { value: force, rate, .. }) = of_one[0].fading() else { continue };
+            let [force, falls] = [value(force), -value(rate)];
+            if !(falls > 0.0) {
+                continue;
+            }
+            let left = BEYOND * force.max(0.0) / falls;
+            let largest = |one: &LawContact| one.fading().map_or(0.0, |fading| fading.largest);
+            let rates =
+                of_one.iter().map(|one| one.force_norm * largest(one) * value(&one.normal).abs());
+            let deflected = left * rates.sum::<f64>();
+            let felt = left * operator.taylor.norm() * deflected;
+            if deflected <= DEFLECTED * scale && felt <= PART * TRUNCATION * scale {
+                contacts[own].iter_mut().for_each(|sliding| sliding.fades = true);
+                width = width.min(left);
+            }
+        }
+        if width.is_finite() {
+            let share = width.min(operator.taylor.width()) / taylor.width;
+            self.taylor.begin_within(share.max(f64::MIN_POSITIVE));
+        }
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {

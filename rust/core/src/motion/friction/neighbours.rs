@@ -67,21 +67,27 @@ impl LawMotion {
                 .contacts
                 .iter()
                 .zip(&self.contacts)
-                .map(|(one, Sliding { series, normal, .. })| match one.with_state(series.piece) {
-                    Some((formula, input)) => {
-                        let slopes = series.slopes_with_state(formula);
-                        let [by_slip, by_state] = match input.pressed {
-                            true => slopes.map(|slope| product(&slope, normal)),
-                            false => slopes,
-                        };
-                        // Where no normal force multiplies the formula, this series is 0.
-                        Slopes { by_slip, by_normal: series.excess, by_state }
+                .map(|(one, Sliding { series, normal, fades, .. })| {
+                    match one.with_state(series.piece) {
+                        _ if *fades => {
+                            let [by_slip, by_normal, by_state] = [[0.0; COEFFICIENTS]; 3];
+                            Slopes { by_slip, by_normal, by_state }
+                        }
+                        Some((formula, input)) => {
+                            let slopes = series.slopes_with_state(formula);
+                            let [by_slip, by_state] = match input.pressed {
+                                true => slopes.map(|slope| product(&slope, normal)),
+                                false => slopes,
+                            };
+                            // Where no normal force multiplies the formula, this series is 0.
+                            Slopes { by_slip, by_normal: series.excess, by_state }
+                        }
+                        None => Slopes {
+                            by_slip: product(&series.slopes(&one.law), normal),
+                            by_normal: series.excess,
+                            by_state: [0.0; COEFFICIENTS],
+                        },
                     }
-                    None => Slopes {
-                        by_slip: product(&series.slopes(&one.law), normal),
-                        by_normal: series.excess,
-                        by_state: [0.0; COEFFICIENTS],
-                    },
                 })
                 .collect();
             let planes: Vec<PlaneSlopes> = {

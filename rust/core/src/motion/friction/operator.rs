@@ -14,8 +14,8 @@ use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
 use crate::motion::friction::plane::contact::PlaneContact;
-use crate::motion::friction::series::elastic_plane::products;
-use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
+use crate::motion::friction::series::elastic_plane::{Product, products};
+use crate::motion::friction::series::law_contact::{Fading, Flow, LawContact, LawOf, StateInput};
 use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
@@ -47,8 +47,8 @@ pub(crate) struct LawOperator {
     pub(super) sources: Vec<Source>,
     /// Terms of the longest sum in one row of the equation.
     pub(super) terms: usize,
-    /// Whether no two contacts act on one row.
-    pub(super) apart: bool,
+    /// The rows on which each contact acts, as the first of those that act on the same ones; None where rows overlap in part.
+    pub(super) groups: Option<Vec<usize>>,
     /// Where bristles relax, contacts are apart, and nothing else is nonlinear.
     pub(super) states: Option<StateNorm>,
 }
@@ -154,6 +154,7 @@ impl LawOperator {
                                 norm: norm_of(&state),
                                 value: state.clone(),
                                 pressed: normal.is_some(),
+                                fading: None,
                             }),
                             ..built(of, law, sign, &along(sign, &[term]), [slip.clone(), pressing])
                         }
@@ -164,18 +165,27 @@ impl LawOperator {
                 }
             }
         };
-        let in_plane = |contact: usize, plane: &ElasticPlane<'_>| -> Vec<LawContact> {
+        let in_plane = |contact: usize, plane: &ElasticPlane<'_>| {
             let [_, (row, weight)] = plane.directions[0].directions();
             let of = LawOf::Deflection(contact);
-            let all = products(scene, [contact, plane.beside], plane);
-            all.map(|(law, factors)| built(of, law, -1.0, &[(row, -weight)], factors)).into()
+            let built = |Product { law, factors, pressed }| LawContact {
+                state: pressed.map(|fading: Fading| StateInput {
+                    norm: norm_of(&fading.value),
+                    value: fading.value.clone(),
+                    pressed: true,
+                    fading: Some(fading),
+                }),
+                ..built(of, law, -1.0, &[(row, -weight)], factors)
+            };
+            let all = products(scene, combination, [contact, plane.beside], plane)?;
+            Ok(all.into_iter().map(built).collect())
         };
-        let contacts = scene.sliding_by_law(combination).flat_map(|(contact, law)| {
+        let of_contact = |(contact, law): (usize, &FrictionLaw)| -> Result<Vec<LawContact>, Error> {
             if let Some(plane) = scene.elastic_plane(contact) {
                 return in_plane(contact, &plane);
             }
             if let Some(own) = scene.state_of(contact) {
-                return with_state(contact, own, law);
+                return Ok(with_state(contact, own, law));
             }
             let tangential = scene.contacts[contact].tangential;
             let slip = over_own(slip_velocity(scene, contact));
@@ -197,8 +207,10 @@ impl LawOperator {
             });
             let along = own.terms_of(tangential);
             let of = LawOf::Contact(contact);
-            vec![LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }]
-        });
+            Ok(vec![LawContact { flow, ..built(of, law.clone(), sign, &along, [slip, normal]) }])
+        };
+        let contacts: Result<Vec<_>, Error> =
+            scene.sliding_by_law(combination).map(of_contact).collect();
         let elements = scene.nonlinear_elements_in(combination).map(|(place, one)| {
             let mut slip = Functional { constant: -one.offset, ..Functional::default() };
             match one.kind {
@@ -209,7 +221,7 @@ impl LawOperator {
             let of = LawOf::Element(place);
             built(of, one.excess.clone(), -1.0, &one.direction, [slip, normal])
         });
-        let contacts: Vec<LawContact> = contacts.chain(elements).collect();
+        let contacts: Vec<LawContact> = contacts?.into_iter().flatten().chain(elements).collect();
         if let Some(contact) =
             free_forces(scene, combination).and_then(|free| moved_by(&free, &contacts))
         {
@@ -286,11 +298,21 @@ impl LawOperator {
         let alone = contacts.iter().rev().take_while(|one| one.is_alone()).count();
         let paired = contacts.len() - alone;
         let sliding = || contacts.iter().filter(|one| !one.is_element());
-        let rows = || sliding().flat_map(|one| one.direction.iter().map(|term| term.0));
-        let apart = rows().collect::<BTreeSet<usize>>().len() == rows().count();
-        let alone = apart && planes.is_empty() && response.is_none();
+        let of_rows =
+            |one: &LawContact| one.direction.iter().map(|term| term.0).collect::<Vec<_>>();
+        let rows: Vec<Vec<usize>> = sliding().map(of_rows).collect();
+        let first = |own: &Vec<usize>| rows.iter().position(|other| other == own).unwrap_or(0);
+        let groups: Vec<usize> = rows.iter().map(first).collect();
+        let each = groups.iter().enumerate().filter(|(place, first)| place == *first);
+        let of_groups = || each.clone().flat_map(|(place, _)| &rows[place]);
+        let apart = of_groups().collect::<BTreeSet<_>>().len() == of_groups().count();
+        let alone = apart
+            && groups.iter().enumerate().all(|(place, first)| place == *first)
+            && planes.is_empty()
+            && response.is_none();
+        let groups = apart.then_some(groups);
         let states = alone.then(|| StateNorm::new([scene, own], &taylor, &contacts)).flatten();
-        Ok(Self { taylor, contacts, paired, planes, response, sources, terms, apart, states })
+        Ok(Self { taylor, contacts, paired, planes, response, sources, terms, groups, states })
     }
 
     /// The widest panel relative to that of the linear motion, whose norm counts what bristles take back.

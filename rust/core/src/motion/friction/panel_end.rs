@@ -64,7 +64,10 @@ impl LawMotion {
     pub(super) fn undefined(&self, operator: &LawOperator, scale: f64) -> Option<(LawOf, LawEnd)> {
         let mut elements = operator.contacts.iter().zip(&self.contacts);
         let ends = |(one, sliding): (&LawContact, &Sliding)| {
-            let Sliding { series, .. } = sliding;
+            let Sliding { series, fades, .. } = sliding;
+            if *fades {
+                return false;
+            }
             let of_slip = series.resolution(&one.law) > NARROW * scale * one.slip_norm;
             let of_state = one
                 .state
@@ -109,7 +112,10 @@ impl LawMotion {
         let is_bounded = self.left_out.is_finite();
         let mut contacts = operator.contacts.iter().zip(&self.contacts);
         let found = contacts.find(|(one, sliding)| {
-            let Sliding { series, normal, .. } = sliding;
+            let Sliding { series, normal, fades, .. } = sliding;
+            if *fades {
+                return false;
+            }
             if !is_bounded {
                 return too_large(&one.law, series, one.slip_norm);
             }

@@ -7,7 +7,7 @@ use crate::motion::friction::plane::series::Planes;
 use crate::motion::friction::series::coefficients::UNIT;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::followed_state::Balance;
-use crate::motion::friction::series::law_contact::{Flow, LawContact};
+use crate::motion::friction::series::law_contact::{Flow, LawContact, StateInput};
 use crate::motion::friction::series::law_series::LawSeries;
 use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::motion::TaylorMotion;
@@ -277,6 +277,9 @@ impl LawMotion {
         }
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
+            let beyond =
+                |state: &StateInput| self.taylor.displacement(&state.value, COEFFICIENTS).abs();
+            sliding.state_beyond = one.state.as_ref().map_or(0.0, beyond);
             if let Some(flow) = &one.flow {
                 sliding.friction_beyond =
                     self.taylor.displacement(&flow.friction, COEFFICIENTS).abs();
@@ -298,6 +301,7 @@ impl LawMotion {
                 }
             };
             let laws = operator.contacts.iter().zip(&self.contacts);
+            let laws = laws.filter(|of| !of.1.fades);
             let part = laws.fold(1.0, |part: f64, (one, Sliding { series, state, .. })| {
                 let of_slip = of_slip(&one.law, series);
                 let of_state = match one.state {
@@ -334,14 +338,21 @@ impl Sliding {
         &mut self,
         one: &LawContact,
         k: usize,
-        [mut slip, mut of_normal, of_state]: [f64; 3],
+        [mut slip, mut of_normal, mut of_state]: [f64; 3],
         middle: [f64; 2],
         coupled: bool,
     ) -> [[f64; 2]; 2] {
         let Self { series, state, normal, force, at_origin, slip_at_origin, .. } = self;
+        let Self { state_at_origin, fades, .. } = self;
         if k == 0 {
             slip -= one.sign * slip_at_origin[0];
             of_normal += *at_origin;
+            of_state += state_at_origin[0];
+        }
+        if *fades {
+            (normal[k], state[k]) = (of_normal, of_state);
+            (force[k], series.excess[k]) = (0.0, 0.0);
+            return [[0.0; 2]; 2];
         }
         let (excess, [left, right]) = series.extend(&one.law, k, [slip, of_state], middle[0]);
         (normal[k], state[k]) = (of_normal, of_state);

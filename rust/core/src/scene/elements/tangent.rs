@@ -95,6 +95,7 @@ impl Scene {
         }
         self.preload = Some(preload.into());
         self.elements = Some(elements.into());
+        self.check_elastic_planes()?;
         Ok(self)
     }
 

@@ -174,9 +174,15 @@ impl StateFormulas {
 }
 
 impl ContactState {
-    /// The law where the normal force changes: force and rate as formulas.
+    /// Whether it is that of a spring in a plane, see [`crate::scene::friction::elastic_plane`].
+    pub(crate) const fn is_spring(&self) -> bool {
+        matches!(self, Self::Bristles(Bristles { hysteresis: Some(Hysteresis::Plane), .. }))
+    }
+
+    /// The law where the normal force changes: force and rate as formulas, but of a spring.
     pub(crate) fn pressed(&self) -> Result<Self, Error> {
         Ok(match self {
+            spring if spring.is_spring() => spring.clone(),
             Self::Bristles(numbers) => {
                 Self::Formulas(Arc::new(StateFormulas::of_bristles(numbers)?))
             }
@@ -232,7 +238,7 @@ impl ContactState {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct StateContact {
     pub law: ContactState,
-    /// The given one, N; where it changes, one of its size.
+    /// The given one, N; where it changes, one of its size, or of a spring in a plane 1 N.
     pub normal_force: f64,
     /// The coordinate whose reaction it is, where it changes.
     pub normal: Option<usize>,
@@ -290,7 +296,13 @@ impl StateContact {
     /// The number of forces that its law gives.
     pub const fn forces(&self) -> usize {
         match self.law {
-            ContactState::Bristles(Bristles { hysteresis: Some(Hysteresis::Plane), .. }) => 3,
+            ref law if law.is_spring() => {
+                if self.normal.is_some() {
+                    4
+                } else {
+                    3
+                }
+            }
             ContactState::Bristles(_) => 1,
             ContactState::Formulas(_) => 2,
         }

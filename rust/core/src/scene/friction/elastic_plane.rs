@@ -18,6 +18,17 @@
 //!
 //! This y is a sum of squares times velocities, `4 e_x e_y = (e_x + e_y)^2 - (e_x - e_y)^2`, each of which is the law of a deflection.
 //!
+//! *A normal force that changes* moves the node besides, as `|z| = mu N / k` holds with N: with `r = mu N / k` and the slip speed
+//! `s = e . w - r'`
+//!
+//! ```text
+//! slips, `o`:   z' = w - e s,   s >= 0,   (|z|^2 - r^2)' = 2 r s (1 - |e|^2)
+//! ```
+//!
+//! N is affine in the state, and so is N' where nothing else is nonlinear on which the damping of the normal direction acts. The
+//! node leaves the slider where `N = 0`, relaxed; towards there its direction changes ever faster, `e' = (I - e e') w / r`, until what
+//! it does with |T| <= mu N in the time that is left is below rounding. A force beyond mu N, after a jump of N, moves the node at once to `|z| = r`.
+//!
 //! *Small motions.* Where the node rests, its spring is one more of the structure. About steady slip, `w = -v`, a deflection along the
 //! slip is kept by `|z| = mu N / k`, and the one across it, zeta with the unit vector n, has
 //!
@@ -30,14 +41,21 @@
 //! *Energy.* The spring stores `k |z|^2 / 2`, and the node turns `-T . (w - z') = mu N (e . w)` into heat. Two motions come closer,
 //! `(z_1 - z_2) . (y_1 - y_2) >= 0`, since both are in the disc `|z| <= mu N / k`.
 
+use nalgebra::{DMatrix, DVector, RowDVector};
+
 use crate::error::input::Error;
+use crate::linalg::dense::Factors;
+use crate::linalg::sparse::summed;
 use crate::scene::contact_law::{Contact, ContactInput, Plane};
 use crate::scene::friction::contact_state::{InState, StateContact};
 use crate::scene::model::Scene;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::{Combination, Status};
 
 /// Relative tolerance within which a start state has `|T| = mu N` while its contact slips: that of ten digits.
 const AT_LIMIT: f64 = 1e-9;
+/// The same, within which an event elsewhere leaves such a force where it is.
+const JUMPED: f64 = 1e-12;
 
 impl Combination {
     /// The same, in which the contacts in planes with springs of their own that stick are at rest by their nodes.
@@ -58,14 +76,26 @@ pub(crate) struct ElasticPlane<'a> {
     pub beside: usize,
     /// Speeds of the slider, m/s.
     pub slider: [f64; 2],
-    /// The deflection at which it slips, `mu N / k`, m.
+    /// The coordinate whose reaction is the normal force, where this changes.
+    pub normal: Option<usize>,
+    /// The deflection at which it slips, `mu N / k`, m; where N changes, per newton.
     pub extent: f64,
 }
 
+/// `r = mu N / k`, m, and r', m/s, in a state.
+#[derive(Clone, Copy)]
+pub(crate) struct Limit {
+    pub extent: f64,
+    pub rate: f64,
+}
+
+/// An affine function of the state: terms of q, of q', and a constant.
+pub(crate) type Affine = (Vec<(usize, f64)>, Vec<(usize, f64)>, f64);
+
 impl ElasticPlane<'_> {
     /// e: the deflections per `mu N / k`.
-    fn direction(&self, u: &[f64]) -> [f64; 2] {
-        self.directions.map(|own| own.state_in(u) / self.extent)
+    fn direction(&self, u: &[f64], limit: Limit) -> [f64; 2] {
+        self.directions.map(|own| own.state_in(u) / limit.extent)
     }
 
     /// w
@@ -73,22 +103,37 @@ impl ElasticPlane<'_> {
         [0, 1].map(|i| u[self.directions[i].tangential] - self.slider[i])
     }
 
-    /// mu N
-    fn limit(&self) -> f64 {
-        let own = self.directions[0];
-        own.normal_force * own.steady_friction(0.0)
+    /// Moves the node to its limit where the spring is bent beyond, along its force. Gives how far it was bent, per limit.
+    fn return_to(&self, limit: Limit, u: &mut [f64]) -> f64 {
+        let hidden = self.directions.map(|own| own.coordinate);
+        if !(limit.extent > 0.0) {
+            hidden.into_iter().for_each(|k| u[k] = 0.0);
+            return 0.0;
+        }
+        let [e, f] = self.direction(u, limit);
+        let size = e.hypot(f);
+        if size > 1.0 + JUMPED {
+            hidden.into_iter().for_each(|k| u[k] /= size);
+        }
+        size
     }
 
-    /// The slip speed of the node, e . w.
-    fn speed(&self, u: &[f64]) -> f64 {
-        let ([e, f], [w, v]) = (self.direction(u), self.slip(u));
-        e * w + f * v
+    /// The slip speed of the node, `e . w - r'`, and the sum of the absolute values of its terms.
+    fn speed(&self, u: &[f64], limit: Limit) -> [f64; 2] {
+        let ([e, f], [w, v]) = (self.direction(u, limit), self.slip(u));
+        let terms = [e * w, f * v, -limit.rate];
+        [terms.iter().sum(), terms.iter().map(|term| term.abs()).sum()]
     }
 
     /// What small motions about rest of the node, or about its steady slip, add to C and to K along the first of the directions, as
     /// (row, column, entry). The deflection across the slip is the displacement of the coordinate of the first contact of the plane;
     /// the other coordinates of deflections have no terms.
-    pub(super) fn tangents(&self, contact: usize, status: Status) -> [Vec<(usize, usize, f64)>; 2] {
+    pub(super) fn tangents(
+        &self,
+        contact: usize,
+        status: Status,
+        pressed: f64,
+    ) -> [Vec<(usize, usize, f64)>; 2] {
         let own = self.directions[0];
         let (t, first) = (own.tangential, contact < self.beside);
         let stiffness = own.spring();
@@ -104,27 +149,33 @@ impl ElasticPlane<'_> {
         let mut springs = vec![(t, p, stiffness * n)];
         if first {
             rates.push((p, p, stiffness));
-            springs.push((p, p, stiffness * speed / self.extent));
+            let extent = self.normal.map_or(self.extent, |_| self.extent * pressed);
+            springs.push((p, p, stiffness * speed / extent));
         }
         [rates, springs]
     }
 
     /// What the contact along the first of the directions does in a state.
-    fn in_state(&self, status: Status, u: &[f64]) -> InState {
-        let ([e, f], slip) = (self.direction(u), self.slip(u));
+    fn in_state(&self, status: Status, u: &[f64], limit: Limit) -> InState {
+        let slip = self.slip(u);
         let slips = status == Status::Slipping;
-        let y = if slips { e * self.speed(u) } else { 0.0 };
+        let [e, f] = if slips { self.direction(u, limit) } else { [0.0; 2] };
+        // A deflection that is left out as the normal force vanishes is beyond the limit.
+        let beyond = e.hypot(f).max(1.0);
+        let [e, f] = [e / beyond, f / beyond];
+        let y = if slips { e * (e * slip[0] + f * slip[1] - limit.rate) } else { 0.0 };
         let own = self.directions[0];
         let force = -own.spring() * own.state_in(u);
         let [_, (row, weight)] = own.directions();
         // y by the velocities of both directions.
-        let factors = if slips { [e * e, e * f] } else { [0.0; 2] };
+        let factors = [e * e, e * f];
         let columns = [0, 1].map(|i| (self.directions[i].tangential, factors[i], self.slider[i]));
+        let forces = columns.map(|(_, factor, speed)| (row, -weight * factor * speed));
         InState {
             friction: force,
             stored: -force * (slip[0] - y),
             damping: columns.map(|(column, factor, _)| (row, column, -weight * factor)).to_vec(),
-            force: columns.map(|(_, factor, speed)| (row, -weight * factor * speed)).to_vec(),
+            force: forces.into_iter().chain([(row, -weight * e * limit.rate)]).collect(),
             wear: Some(-force * y / own.steady_friction(0.0)),
         }
     }
@@ -137,6 +188,102 @@ impl Scene {
         self.matrices().iter().all(|matrix| matrix.get(k, k) == 0.0).then_some(k)
     }
 
+    /// The contacts with springs of their own in planes that are closed in a combination and whose normal force changes.
+    fn pressed_springs<'a>(
+        &'a self,
+        combination: &'a Combination,
+    ) -> impl Iterator<Item = (usize, ElasticPlane<'a>)> + 'a {
+        let closed = |&(first, _): &(usize, _)| combination.statuses()[first].is_closed();
+        let springs =
+            self.planes().filter_map(|[first, _]| Some((first, self.elastic_plane(first)?)));
+        springs.filter(|(_, plane)| plane.normal.is_some()).filter(closed)
+    }
+
+    /// Moves nodes to the limits of their forces where a jump of the state has lowered these.
+    pub(crate) fn return_springs(&self, combination: &Combination, q: &[f64], u: &mut [f64]) {
+        for (_, plane) in self.pressed_springs(combination) {
+            let Some(normal) = plane.normal else { continue };
+            let extent = plane.extent * self.reaction_value(normal, q, u);
+            plane.return_to(Limit { extent, rate: 0.0 }, u);
+        }
+    }
+
+    /// The derivative of that, where `matrix` is the one of the jump, from the state before and the one after both. With
+    /// `e = z / |z|` before, `z+ = r e`:
+    ///
+    /// ```text
+    /// dz+ = r / |z| (I - e e') dz + e dr
+    /// ```
+    pub(crate) fn differentiate_return(
+        &self,
+        combination: &Combination,
+        [end, arrived]: [&[f64]; 2],
+        matrix: &mut DMatrix<f64>,
+    ) {
+        let n = self.size;
+        for (_, plane) in self.pressed_springs(combination) {
+            let Some(normal) = plane.normal else { continue };
+            let rows = plane.directions.map(|own| n + own.coordinate);
+            if rows.iter().all(|&row| end[row] == arrived[row]) {
+                continue;
+            }
+            let [z, moved] =
+                [end, arrived].map(|of| plane.directions.map(|own| own.state_in(&of[n..])));
+            let size = z[0].hypot(z[1]);
+            let e = z.map(|part| part / size);
+            let kept = moved[0].hypot(moved[1]) / size;
+            let mut by_limit = RowDVector::zeros(2 * n);
+            for (k, entry) in self.stiffness.row(normal) {
+                by_limit += matrix.row(k) * (plane.extent * entry);
+            }
+            for (k, entry) in self.damping.row(normal) {
+                by_limit += matrix.row(n + k) * (plane.extent * entry);
+            }
+            let scales = plane.directions.map(|own| own.scale);
+            let bent = [0, 1].map(|i| matrix.row(rows[i]) / scales[i]);
+            for i in 0..2 {
+                let across = &bent[i] - (&bent[0] * e[0] + &bent[1] * e[1]) * e[i];
+                matrix.set_row(rows[i], &((across * kept + &by_limit * e[i]) * scales[i]));
+            }
+        }
+    }
+
+    /// Refuses what springs of contacts in planes whose normal force changes are not computed beside: forces that are no linear
+    /// functions of the state, where they move this force or, through its damping, its rate.
+    pub(crate) fn check_elastic_planes(&self) -> Result<(), Error> {
+        let opens = |&[contact, _]: &[usize; 2]| self.contacts[contact].hidden.is_some();
+        let elastic = self.planes().filter(|both| self.contacts[both[0]].is_elastic());
+        for [contact, _] in elastic.filter(opens) {
+            let normal = self.contacts[contact].normal;
+            let refused = |reason| Err(Error::Plane { contact, reason });
+            if !self.massless.is_empty() {
+                return refused(
+                    "a tangential_stiffness where its normal force changes beside dofs without mass; state a normal_force, or give the dofs mass",
+                );
+            }
+            let damps = |k: usize| match self.mass.is_diagonal() {
+                true => self.damping.get(normal, k) != 0.0,
+                false => self.damping.row(normal).any(|entry| entry.1 != 0.0),
+            };
+            let mut elements = self.nonlinear_elements().flat_map(|(_, one)| &one.direction);
+            if elements.any(|&(k, _)| k == normal || damps(k)) {
+                return refused(
+                    "a tangential_stiffness where an element that is not linear acts on its normal direction, or on a dof to which a damper ties it",
+                );
+            }
+            let bends = |other: usize, law: &Contact| {
+                !law.is_elastic() && (law.turns() || self.friction_law(other).is_some())
+            };
+            let mut others = self.contacts.iter().enumerate();
+            if others.any(|(other, law)| bends(other, law) && damps(law.tangential)) {
+                return refused(
+                    "a tangential_stiffness where damping ties its normal direction to another contact under a law, with a state, or in a plane without a spring",
+                );
+            }
+        }
+        Ok(())
+    }
+
     /// Whether springs of their own tie contacts in planes to their bodies.
     pub fn has_elastic_planes(&self) -> bool {
         self.contacts.iter().any(Contact::is_elastic)
@@ -147,18 +294,111 @@ impl Scene {
         let law = &self.contacts[contact];
         let Plane { beside, slider_speed, .. } = law.plane.filter(|_| law.is_elastic())?;
         let directions = [self.state_of(contact)?, self.state_of(beside)?];
-        let extent = directions[0].law.steady(1.0);
-        Some(ElasticPlane { directions, beside, slider: [law.slider_speed, slider_speed], extent })
+        let (extent, normal) = (directions[0].law.steady(1.0), directions[0].normal);
+        let slider = [law.slider_speed, slider_speed];
+        Some(ElasticPlane { directions, beside, slider, normal, extent })
     }
 
     /// What a contact with a spring of its own in a plane does in a state of the scene.
     pub(super) fn of_elastic_plane(
         &self,
         contact: usize,
-        status: Status,
+        combination: &Combination,
+        q: &[f64],
         u: &[f64],
     ) -> Option<InState> {
-        Some(self.elastic_plane(contact)?.in_state(status, u))
+        let plane = self.elastic_plane(contact)?;
+        let status = combination.statuses()[contact];
+        // The limit of one that rests bounds its force alone.
+        let limit = match status {
+            Status::Slipping => self.limit_in(&plane, combination, q, u),
+            _ => Limit { extent: plane.extent, rate: 0.0 },
+        };
+        Some(plane.in_state(status, u, limit))
+    }
+
+    /// r and r' of a contact with a spring of its own in a plane.
+    fn limit_in(
+        &self,
+        plane: &ElasticPlane<'_>,
+        combination: &Combination,
+        q: &[f64],
+        u: &[f64],
+    ) -> Limit {
+        let extent = plane.extent;
+        let Some(normal) = plane.normal else { return Limit { extent, rate: 0.0 } };
+        let (places, velocities, constant) = self.reaction_rate(combination, normal);
+        let sum = |terms: &[(usize, f64)], x: &[f64]| -> f64 {
+            terms.iter().map(|&(k, weight)| weight * x[k]).sum()
+        };
+        let rate = constant + sum(&places, q) + sum(&velocities, u);
+        Limit { extent: extent * self.reaction_value(normal, q, u), rate: extent * rate }
+    }
+
+    /// The rate of the reaction of a held coordinate, `K q' + C q''` along its row, with the accelerations of a combination.
+    pub(crate) fn reaction_rate(&self, combination: &Combination, row: usize) -> Affine {
+        let reduction = Reduction::new(self, combination);
+        let felt = self.accelerations_felt(&reduction, row);
+        let (mut places, mut velocities) =
+            (Vec::new(), self.stiffness.row(row).collect::<Vec<_>>());
+        let mut constant = 0.0;
+        for (i, weight) in felt.into_iter().enumerate().filter(|of| of.1 != 0.0) {
+            for (source, factor) in reduction.sources(i) {
+                let factor = -weight * factor;
+                let scaled = |(k, entry): (usize, f64)| (k, factor * entry);
+                places.extend(self.stiffness.row(source).map(scaled));
+                velocities.extend(self.damping.row(source).map(scaled));
+                constant -= factor * self.force[source];
+            }
+        }
+        summed(&mut places);
+        summed(&mut velocities);
+        (places, velocities, constant)
+    }
+
+    /// `C M^-1` of a row of C: the reaction per force on each of the coordinates that a combination keeps.
+    pub(crate) fn accelerations_felt(&self, reduction: &Reduction, row: usize) -> Vec<f64> {
+        let mut felt = vec![0.0; reduction.size()];
+        for (k, entry) in self.damping.row(row) {
+            if let Some(place) = reduction.place(k) {
+                felt[place] = entry;
+            }
+        }
+        if felt.iter().all(|&entry| entry == 0.0) {
+            return felt;
+        }
+        if self.mass.is_diagonal() {
+            let mass = |place: usize| self.mass.get(reduction.kept[place], reduction.kept[place]);
+            felt.iter_mut().enumerate().for_each(|(place, entry)| *entry /= mass(place));
+            return felt;
+        }
+        let mass = Factors::new(reduction.matrix(&self.mass));
+        mass.transposed_solve(DVector::from_vec(felt)).as_slice().to_vec()
+    }
+
+    /// The status of a closed contact with a spring of its own in a plane after its normal force or its velocity has jumped, and how
+    /// many derivatives of its force, from the force itself on, are those of its limit. Beyond the limit its node moves at once, along its force.
+    pub(crate) fn settle_elastic_plane(
+        &self,
+        contact: usize,
+        combination: &Combination,
+        q: &[f64],
+        u: &mut [f64],
+    ) -> (Status, u8) {
+        let before = combination.statuses()[contact];
+        let Some(plane) = self.elastic_plane(contact) else { return (before, 0) };
+        let limit = self.limit_in(&plane, combination, q, u);
+        let size = plane.return_to(limit, u);
+        if size < 1.0 - JUMPED {
+            return (Status::Elastic, 0);
+        }
+        let [speed, terms] = plane.speed(u, limit);
+        let rounding = JUMPED * terms;
+        let slips = speed > rounding || before == Status::Slipping && speed >= -rounding;
+        match slips {
+            true => (Status::Slipping, 0),
+            false => (Status::Elastic, if speed < -rounding { 1 } else { 2 }),
+        }
     }
 
     /// Begins contacts with springs of their own in planes with the friction forces of a state. If it has none, springs are relaxed
@@ -167,6 +407,7 @@ impl Scene {
         &self,
         combination: &Combination,
         friction_force: &[f64],
+        q: &[f64],
         u: &mut [f64],
     ) -> Result<(), Error> {
         for [contact, _] in self.planes() {
@@ -174,12 +415,16 @@ impl Scene {
             let status = combination.statuses()[contact];
             let slips = status == Status::Slipping;
             let given = !friction_force.is_empty();
+            if !status.is_closed() {
+                continue;
+            }
+            let limit = self.limit_in(&plane, combination, q, u);
             if given {
                 for (own, contact) in plane.directions.iter().zip([contact, plane.beside]) {
                     u[own.coordinate] = own.rate_of(-friction_force[contact] / own.spring());
                 }
             }
-            let parts = if slips && !given { plane.slip(u) } else { plane.direction(u) };
+            let parts = if slips && !given { plane.slip(u) } else { plane.direction(u, limit) };
             let size = parts[0].hypot(parts[1]);
             let violated = |quantity, value| {
                 let (argument, status) = ("state", status.letter());
@@ -191,15 +436,18 @@ impl Scene {
                 false => size <= 1.0 + AT_LIMIT,
             };
             if !fits {
-                return violated("friction force", size * plane.limit());
+                return violated(
+                    "friction force",
+                    size * limit.extent * plane.directions[0].spring(),
+                );
             }
             if slips {
                 for (own, part) in plane.directions.iter().zip(parts) {
-                    u[own.coordinate] = own.rate_of(plane.extent * part / size);
+                    u[own.coordinate] = own.rate_of(limit.extent * part / size);
                 }
             }
-            let speed = plane.speed(u);
-            let rounding = AT_LIMIT * plane.slip(u).map(f64::abs).iter().sum::<f64>();
+            let [speed, terms] = plane.speed(u, limit);
+            let rounding = AT_LIMIT * terms;
             let fits = match slips {
                 true => speed >= -rounding,
                 false => size < 1.0 - AT_LIMIT || speed <= rounding,

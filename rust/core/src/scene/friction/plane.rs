@@ -67,10 +67,17 @@ impl Scene {
             let opens = given[contact].normal.is_some() || given[beside].normal.is_some();
             let other = &self.contacts[beside];
             let (tangential, slider_speed) = (other.tangential, other.slider_speed);
-            let (gap, restitution) = (other.gap, other.restitution);
+            let (gap, restitution, hidden) = (other.gap, other.restitution, other.hidden);
             let own = &mut self.contacts[contact];
-            let plane =
-                Plane { beside, tangential, slider_speed, opens, along: None, deflection: None };
+            let plane = Plane {
+                beside,
+                tangential,
+                slider_speed,
+                opens,
+                along: None,
+                deflection: None,
+                hidden,
+            };
             own.plane = Some(plane);
             if own.shares_normal() {
                 (own.gap, own.restitution) = (gap, restitution);

@@ -75,6 +75,7 @@ impl Scene {
             return Err(Error::Plane { contact, reason });
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
+        self.check_elastic_planes()?;
         Ok(self)
     }
 
@@ -213,7 +214,7 @@ impl Scene {
             };
             scene.laws.as_ref().map(|_| {
                 let mut linear = scene.with_friction(friction).into_owned();
-                if let Some((damping, force)) = scene.with_states_in(combination, u) {
+                if let Some((damping, force)) = scene.with_states_in(combination, q, u) {
                     (linear.damping, linear.proportional, linear.force) = (damping, None, force);
                 }
                 linear

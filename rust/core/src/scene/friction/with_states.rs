@@ -7,7 +7,7 @@ use crate::error::input::Error;
 use crate::linalg::sparse::{SparseMatrix, summed};
 use crate::scene::friction::contact_state::{ContactState, InState, StateContact};
 use crate::scene::model::Scene;
-use crate::scene::status::{Combination, Status};
+use crate::scene::status::Combination;
 
 impl Scene {
     /// The state of a contact, where it has one.
@@ -41,9 +41,15 @@ impl Scene {
     }
 
     /// What a closed contact with a state does in a state of the scene.
-    pub(crate) fn of_state(&self, contact: usize, status: Status, u: &[f64]) -> Option<InState> {
+    pub(crate) fn of_state(
+        &self,
+        contact: usize,
+        combination: &Combination,
+        q: &[f64],
+        u: &[f64],
+    ) -> Option<InState> {
         if self.contacts[contact].is_elastic() {
-            return self.of_elastic_plane(contact, status, u);
+            return self.of_elastic_plane(contact, combination, q, u);
         }
         let (own, law) = (self.state_of(contact)?, self.friction_law(contact)?);
         Some(own.in_state(law, self.contacts[contact].slider_speed, u))
@@ -78,6 +84,12 @@ impl Scene {
         if let Some(reason) = self.refuses_states(&given) {
             return Err(Error::StateBeside { contact: given[0].0, reason });
         }
+        let is_spring = |own: &StateContact| own.law.is_spring() && own.normal.is_some();
+        let spring = given.iter().find(|of| is_spring(&of.1));
+        if let Some(&(contact, _)) = spring.filter(|_| self.contacts_coupled()) {
+            let reason = "a tangential_stiffness where its normal force changes and mass couples contacts; lump the mass, or state a normal_force";
+            return Err(Error::Plane { contact, reason });
+        }
         let mut laws = vec![None; self.contacts.len()];
         for (contact, own) in &given {
             laws[*contact] = Some(own.law.law()?);
@@ -86,6 +98,7 @@ impl Scene {
         }
         self.laws = Some(laws.into());
         self.states = Some(given.into());
+        self.check_elastic_planes()?;
         Ok(self)
     }
 
@@ -100,7 +113,7 @@ impl Scene {
 
     /// What states of contacts are not computed beside, where the scene has such.
     fn refuses_states(&self, given: &[(usize, StateContact)]) -> Option<&'static str> {
-        let opens = given.iter().any(|(_, own)| own.normal.is_some());
+        let opens = given.iter().any(|(_, own)| own.normal.is_some() && !own.law.is_spring());
         if opens && self.contacts_coupled() {
             return Some("a normal direction where mass couples contacts; lump the mass");
         }
@@ -121,17 +134,17 @@ impl Scene {
     pub(crate) fn with_states_in(
         &self,
         combination: &Combination,
+        q: &[f64],
         u: &[f64],
     ) -> Option<(SparseMatrix, Vec<f64>)> {
         self.states.as_ref()?;
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
         let mut force = self.force.clone();
         for (contact, _) in self.state_contacts() {
-            let status = combination.statuses()[*contact];
-            if !status.is_closed() {
+            if !combination.statuses()[*contact].is_closed() {
                 continue;
             }
-            let own = self.of_state(*contact, status, u)?;
+            let own = self.of_state(*contact, combination, q, u)?;
             own.damping
                 .into_iter()
                 .for_each(|(row, column, entry)| rows[row].push((column, entry)));
@@ -180,12 +193,13 @@ impl Scene {
                 continue;
             }
             let normal_force = || match own.normal {
-                Some(_) => pressed[*contact],
+                // Springs of nodes that all rest need none.
+                Some(_) => pressed.get(*contact).copied().unwrap_or(0.0),
                 None => own.normal_force,
             };
             let slip = -self.contacts[*contact].slider_speed;
             let [rates, springs] = match self.elastic_plane(*contact) {
-                Some(plane) => plane.tangents(*contact, status),
+                Some(plane) => plane.tangents(*contact, status, normal_force()),
                 None => own.tangents(law, slip, normal_force()),
             };
             rates.into_iter().for_each(|(row, column, entry)| damping[row].push((column, entry)));

@@ -16,8 +16,11 @@ pub(crate) fn with_loops(mut contacts: Vec<ContactInput>) -> Result<Vec<ContactI
             continue;
         }
         let stiffness = spring_of(contact, law, other)?;
+        let given = law.normal.is_none() && other.normal.is_none();
+        // Where the normal force changes, the numbers of the state are those of one newton.
+        let normal_force = if given { law.normal_force } else { 1.0 };
         let state = ContactState::Bristles(Bristles {
-            stiffness: stiffness / law.normal_force,
+            stiffness: stiffness / normal_force,
             damping: 0.0,
             viscous: 0.0,
             kinetic: law.friction,
@@ -27,6 +30,7 @@ pub(crate) fn with_loops(mut contacts: Vec<ContactInput>) -> Result<Vec<ContactI
         });
         for own in [contact, beside] {
             contacts[own].state = Some(state.clone());
+            contacts[own].normal_force = normal_force;
             (contacts[own].friction, contacts[own].static_friction) = (0.0, 0.0);
             contacts[own].springs = Springs::default();
         }
@@ -43,11 +47,6 @@ fn spring_of(contact: usize, law: &ContactInput, other: &ContactInput) -> Result
     let Some(stiffness) = law.springs.tangential.filter(|_| law.springs == other.springs) else {
         return refused("another tangential_stiffness along its other direction");
     };
-    if law.normal.is_some() || other.normal.is_some() {
-        return refused(
-            "a tangential_stiffness where its normal force changes; state a normal_force",
-        );
-    }
     if law.static_friction > law.friction {
         return refused(
             "a tangential_stiffness and a static friction above the kinetic one, under which the node would jump",

@@ -90,8 +90,11 @@ impl StateTerms {
             }
             masses[dof] = felt;
             contacts.push(HiddenDof { contact, dof, mass: felt });
-            // Forces of a contact that can open are there while it is closed.
-            let (ContactState::Bristles(bristles), None) = (state, &law.normal) else { continue };
+            // Forces of bristles that can open are there while their contact is closed; a spring in a plane is relaxed where it is not.
+            let ContactState::Bristles(bristles) = state else { continue };
+            if law.normal.is_some() && !state.is_spring() {
+                continue;
+            }
             let scale = state.scale(law.normal_force, felt, law.slider_speed);
             let spring = law.normal_force * bristles.stiffness;
             let damper = law.normal_force * (bristles.damping + bristles.viscous);

@@ -80,7 +80,7 @@ impl<'a> March<'a> {
                 rest: None,
             },
             departed: vec![0.0; contacts],
-            functions: (0..contacts).map(|i| functions_of_contact(scene, i, statuses[i])).collect(),
+            functions: (0..contacts).map(|i| functions_of_contact(scene, i, combination)).collect(),
             next: NextEvents::new(contacts),
             search: PanelSearch::default(),
             pending: HashMap::new(),
@@ -353,7 +353,8 @@ impl<'a> March<'a> {
             let after = settlement.statuses[contact];
             let moved = state(q, u, contact) != values;
             if status != after {
-                self.functions[contact] = functions_of_contact(scene, contact, after);
+                let combination = Combination::new(settlement.statuses.clone());
+                self.functions[contact] = functions_of_contact(scene, contact, &combination);
             }
             let struck = triggers.iter().any(|trigger| trigger.0 == contact);
             if struck || moved || status != after {

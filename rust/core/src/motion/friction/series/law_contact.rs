@@ -48,6 +48,20 @@ pub(crate) struct StateInput {
     pub norm: f64,
     /// Whether a normal force that changes multiplies the formula: `y = force(s, z) N`.
     pub pressed: bool,
+    /// Of a spring in a plane, whose normal force stands for the state.
+    pub fading: Option<Fading>,
+}
+
+/// What becomes of a product of a spring in a plane towards the instant at which its normal force vanishes.
+#[derive(Debug)]
+pub(crate) struct Fading {
+    /// The contact along the first direction of the plane.
+    pub contact: usize,
+    /// N and N'.
+    pub value: Functional,
+    pub rate: Functional,
+    /// The largest value of the law while the spring is within its limit.
+    pub largest: f64,
 }
 
 /// A contact whose tangential coordinate has no mass and is a state of first order: its slip speed follows from
@@ -73,6 +87,11 @@ pub(crate) struct Flow {
 }
 
 impl LawContact {
+    /// Of a product of a spring in a plane whose normal force changes.
+    pub fn fading(&self) -> Option<&Fading> {
+        self.state.as_ref()?.fading.as_ref()
+    }
+
     /// |s|
     pub fn speed(&self, q: &[f64], u: &[f64]) -> f64 {
         let argument = -self.sign * self.slip.value(q, u);
