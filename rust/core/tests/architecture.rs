@@ -26,14 +26,14 @@ const CEILINGS: [(&str, usize); 12] = [
     ("error", 760),
     ("numerics", 1610),
     ("linalg", 2010),
-    ("scene", 9910),
-    ("contact", 3960),
+    ("scene", 9900),
+    ("contact", 3934),
     ("modes", 2205),
     ("locus", 2630),
-    ("motion", 13580),
+    ("motion", 13571),
     ("transient", 4250),
     ("energy", 703),
-    ("cycles", 4490),
+    ("cycles", 4477),
     ("study", 1130),
 ];
 

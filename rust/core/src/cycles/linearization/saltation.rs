@@ -140,15 +140,20 @@ impl Passage {
         }
         if self.trigger == EventKind::Impact {
             self.strike(scene, before, state)?;
-        }
-        let (q, u) = state.split_at_mut(scene.size);
-        if self.trigger != EventKind::Impact {
+        } else {
+            let (q, u) = state.split_at_mut(scene.size);
             self.sets(scene).for_each(|set| set.apply(q, u));
         }
-        if matches!(self.trigger, EventKind::Impact | EventKind::Load) {
+        if self.changes_normal_forces() {
+            let (q, u) = state.split_at_mut(scene.size);
             scene.return_springs(before, q, u);
         }
         Ok(())
+    }
+
+    /// Whether normal forces of contacts that stay closed may jump with it.
+    const fn changes_normal_forces(&self) -> bool {
+        matches!(self.trigger, EventKind::Impact | EventKind::Load)
     }
 
     /// What the event sets of its contact and of the companions.
@@ -286,7 +291,7 @@ impl Passage {
                 }
             }
         }
-        if matches!(self.trigger, EventKind::Impact | EventKind::Load) {
+        if self.changes_normal_forces() {
             scene.differentiate_return(before, [end, arrived], &mut matrix);
         }
         Ok(SparseMatrix::from_dense(&matrix))

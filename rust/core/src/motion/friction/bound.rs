@@ -216,8 +216,8 @@ impl Kernel for Bound<'_> {
             };
             let size = sliding.at_origin_size + of_normal;
             let by_force = taylor.width * one.force_norm;
-            if let (Some(fading), true) = (one.fading(), sliding.fades) {
-                // The deflection begins without a force at a contact that closes again.
+            if let (Some((_, fading)), true) = (one.fading(), sliding.fades) {
+                // The spring is relaxed as its contact opens: what its deflection is off by counts by its effect on the motion until then.
                 sums.add(place, [0.0, reach * by_force * fading.largest * pressed, 0.0]);
                 continue;
             }

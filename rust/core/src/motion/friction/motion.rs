@@ -473,23 +473,19 @@ impl LawMotion {
             of.constant + terms.sum::<f64>() + taylor.coefficient(of, 0)
         };
         contacts.iter_mut().for_each(|sliding| sliding.fades = false);
-        let of = |one: &LawContact| one.fading().map(|fading| fading.contact);
+        let of = |one: &LawContact| one.fading().map(|(_, fading)| fading.contact);
         let mut width = f64::INFINITY;
         let mut first = 0;
-        while let Some(of_one) = operator
-            .contacts
-            .get(first..)
-            .and_then(|all| all.chunk_by(|a, b| of(a) == of(b)).next())
-        {
+        for of_one in operator.contacts.chunk_by(|a, b| of(a) == of(b)) {
             let own = first..first + of_one.len();
             first = own.end;
-            let Some(Fading { value: force, rate, .. }) = of_one[0].fading() else { continue };
+            let Some((force, Fading { rate, .. })) = of_one[0].fading() else { continue };
             let [force, falls] = [value(force), -value(rate)];
             if !(falls > 0.0) {
                 continue;
             }
             let left = BEYOND * force.max(0.0) / falls;
-            let largest = |one: &LawContact| one.fading().map_or(0.0, |fading| fading.largest);
+            let largest = |one: &LawContact| one.fading().map_or(0.0, |(_, fading)| fading.largest);
             let rates =
                 of_one.iter().map(|one| one.force_norm * largest(one) * value(&one.normal).abs());
             let deflected = left * rates.sum::<f64>();

@@ -15,7 +15,7 @@ use crate::error::input::Error;
 use crate::linalg::dense::solve;
 use crate::motion::friction::plane::contact::PlaneContact;
 use crate::motion::friction::series::elastic_plane::{Product, products};
-use crate::motion::friction::series::law_contact::{Fading, Flow, LawContact, LawOf, StateInput};
+use crate::motion::friction::series::law_contact::{Flow, LawContact, LawOf, StateInput};
 use crate::motion::friction::state_norm::StateNorm;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::motion::taylor::rows::Rows;
@@ -169,9 +169,9 @@ impl LawOperator {
             let [_, (row, weight)] = plane.directions[0].directions();
             let of = LawOf::Deflection(contact);
             let built = |Product { law, factors, pressed }| LawContact {
-                state: pressed.map(|fading: Fading| StateInput {
-                    norm: norm_of(&fading.value),
-                    value: fading.value.clone(),
+                state: pressed.map(|(value, fading)| StateInput {
+                    norm: norm_of(&value),
+                    value,
                     pressed: true,
                     fading: Some(fading),
                 }),

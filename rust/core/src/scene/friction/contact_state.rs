@@ -296,13 +296,7 @@ impl StateContact {
     /// The number of forces that its law gives.
     pub const fn forces(&self) -> usize {
         match self.law {
-            ref law if law.is_spring() => {
-                if self.normal.is_some() {
-                    4
-                } else {
-                    3
-                }
-            }
+            ref law if law.is_spring() => 3 + self.normal.is_some() as usize,
             ContactState::Bristles(_) => 1,
             ContactState::Formulas(_) => 2,
         }

@@ -84,9 +84,9 @@ pub(crate) struct ElasticPlane<'a> {
 
 /// `r = mu N / k`, m, and r', m/s, in a state.
 #[derive(Clone, Copy)]
-pub(crate) struct Limit {
-    pub extent: f64,
-    pub rate: f64,
+struct Limit {
+    extent: f64,
+    rate: f64,
 }
 
 /// An affine function of the state: terms of q, of q', and a constant.
@@ -118,9 +118,9 @@ impl ElasticPlane<'_> {
         size
     }
 
-    /// The slip speed of the node, `e . w - r'`, and the sum of the absolute values of its terms.
-    fn speed(&self, u: &[f64], limit: Limit) -> [f64; 2] {
-        let ([e, f], [w, v]) = (self.direction(u, limit), self.slip(u));
+    /// The slip speed of the node along a direction, `e . w - r'`, and the sum of the absolute values of its terms.
+    fn speed(&self, [e, f]: [f64; 2], u: &[f64], limit: Limit) -> [f64; 2] {
+        let [w, v] = self.slip(u);
         let terms = [e * w, f * v, -limit.rate];
         [terms.iter().sum(), terms.iter().map(|term| term.abs()).sum()]
     }
@@ -163,7 +163,7 @@ impl ElasticPlane<'_> {
         // A deflection that is left out as the normal force vanishes is beyond the limit.
         let beyond = e.hypot(f).max(1.0);
         let [e, f] = [e / beyond, f / beyond];
-        let y = if slips { e * (e * slip[0] + f * slip[1] - limit.rate) } else { 0.0 };
+        let y = if slips { e * self.speed([e, f], u, limit)[0] } else { 0.0 };
         let own = self.directions[0];
         let force = -own.spring() * own.state_in(u);
         let [_, (row, weight)] = own.directions();
@@ -188,21 +188,20 @@ impl Scene {
         self.matrices().iter().all(|matrix| matrix.get(k, k) == 0.0).then_some(k)
     }
 
-    /// The contacts with springs of their own in planes that are closed in a combination and whose normal force changes.
+    /// The contacts with springs of their own in planes that are closed in a combination and whose normal force changes, each with
+    /// the coordinate whose reaction this is.
     fn pressed_springs<'a>(
         &'a self,
         combination: &'a Combination,
     ) -> impl Iterator<Item = (usize, ElasticPlane<'a>)> + 'a {
-        let closed = |&(first, _): &(usize, _)| combination.statuses()[first].is_closed();
-        let springs =
-            self.planes().filter_map(|[first, _]| Some((first, self.elastic_plane(first)?)));
-        springs.filter(|(_, plane)| plane.normal.is_some()).filter(closed)
+        let closed = |both: &[usize; 2]| combination.statuses()[both[0]].is_closed();
+        let springs = self.planes().filter(closed).filter_map(|both| self.elastic_plane(both[0]));
+        springs.filter_map(|plane| Some((plane.normal?, plane)))
     }
 
     /// Moves nodes to the limits of their forces where a jump of the state has lowered these.
     pub(crate) fn return_springs(&self, combination: &Combination, q: &[f64], u: &mut [f64]) {
-        for (_, plane) in self.pressed_springs(combination) {
-            let Some(normal) = plane.normal else { continue };
+        for (normal, plane) in self.pressed_springs(combination) {
             let extent = plane.extent * self.reaction_value(normal, q, u);
             plane.return_to(Limit { extent, rate: 0.0 }, u);
         }
@@ -221,8 +220,7 @@ impl Scene {
         matrix: &mut DMatrix<f64>,
     ) {
         let n = self.size;
-        for (_, plane) in self.pressed_springs(combination) {
-            let Some(normal) = plane.normal else { continue };
+        for (normal, plane) in self.pressed_springs(combination) {
             let rows = plane.directions.map(|own| n + own.coordinate);
             if rows.iter().all(|&row| end[row] == arrived[row]) {
                 continue;
@@ -256,6 +254,11 @@ impl Scene {
         for [contact, _] in elastic.filter(opens) {
             let normal = self.contacts[contact].normal;
             let refused = |reason| Err(Error::Plane { contact, reason });
+            if self.contacts_coupled() {
+                return refused(
+                    "a tangential_stiffness where its normal force changes and mass couples contacts; lump the mass, or state a normal_force",
+                );
+            }
             if !self.massless.is_empty() {
                 return refused(
                     "a tangential_stiffness where its normal force changes beside dofs without mass; state a normal_force, or give the dofs mass",
@@ -357,7 +360,7 @@ impl Scene {
     }
 
     /// `C M^-1` of a row of C: the reaction per force on each of the coordinates that a combination keeps.
-    pub(crate) fn accelerations_felt(&self, reduction: &Reduction, row: usize) -> Vec<f64> {
+    fn accelerations_felt(&self, reduction: &Reduction, row: usize) -> Vec<f64> {
         let mut felt = vec![0.0; reduction.size()];
         for (k, entry) in self.damping.row(row) {
             if let Some(place) = reduction.place(k) {
@@ -392,7 +395,7 @@ impl Scene {
         if size < 1.0 - JUMPED {
             return (Status::Elastic, 0);
         }
-        let [speed, terms] = plane.speed(u, limit);
+        let [speed, terms] = plane.speed(plane.direction(u, limit), u, limit);
         let rounding = JUMPED * terms;
         let slips = speed > rounding || before == Status::Slipping && speed >= -rounding;
         match slips {
@@ -446,7 +449,7 @@ impl Scene {
                     u[own.coordinate] = own.rate_of(limit.extent * part / size);
                 }
             }
-            let [speed, terms] = plane.speed(u, limit);
+            let [speed, terms] = plane.speed(plane.direction(u, limit), u, limit);
             let rounding = AT_LIMIT * terms;
             let fits = match slips {
                 true => speed >= -rounding,

@@ -84,12 +84,6 @@ impl Scene {
         if let Some(reason) = self.refuses_states(&given) {
             return Err(Error::StateBeside { contact: given[0].0, reason });
         }
-        let is_spring = |own: &StateContact| own.law.is_spring() && own.normal.is_some();
-        let spring = given.iter().find(|of| is_spring(&of.1));
-        if let Some(&(contact, _)) = spring.filter(|_| self.contacts_coupled()) {
-            let reason = "a tangential_stiffness where its normal force changes and mass couples contacts; lump the mass, or state a normal_force";
-            return Err(Error::Plane { contact, reason });
-        }
         let mut laws = vec![None; self.contacts.len()];
         for (contact, own) in &given {
             laws[*contact] = Some(own.law.law()?);

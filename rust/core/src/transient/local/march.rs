@@ -348,13 +348,15 @@ impl<'a> March<'a> {
         settle(scene, time.seconds, triggers, all, settlement, &series, q, u)
             .map_err(StopReason::Failed)?;
         let (mut changed, mut resets) = (Vec::new(), Vec::new());
+        let mut combination = None;
         for (&contact, &(status, values)) in among.iter().zip(&before) {
             self.departed[contact] = time.seconds;
             let after = settlement.statuses[contact];
             let moved = state(q, u, contact) != values;
             if status != after {
-                let combination = Combination::new(settlement.statuses.clone());
-                self.functions[contact] = functions_of_contact(scene, contact, &combination);
+                let next = || Combination::new(settlement.statuses.clone());
+                let next = combination.get_or_insert_with(next);
+                self.functions[contact] = functions_of_contact(scene, contact, next);
             }
             let struck = triggers.iter().any(|trigger| trigger.0 == contact);
             if struck || moved || status != after {

@@ -4,20 +4,19 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 use crate::contact::admissible_start::{forces_of_state, start_coordinates};
 use crate::contact::functional::Functional;
-use crate::linalg::sparse::SparseMatrix;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::friction::fuzz::state_errors::structure;
 use crate::motion::friction::fuzz::true_errors::{STEPS, TERMS};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::method::Wanted;
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{ContactInput, Direction, Springs};
-use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
+use crate::scene::input::scene_input::SceneInput;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
 
@@ -152,13 +151,6 @@ fn moved(scene: &Scene, pads: &[Pad], state: &mut Place, width: f64) {
 
 fn scene(pads: &[Pad], numbers: &[f64], general: bool) -> Scene {
     let size = DOFS * pads.len() + 1;
-    let number = |place: usize| numbers[place % numbers.len()];
-    let entry = |i: usize, j: usize| match i.abs_diff(j) {
-        0 => 100.0 * (1.5 + number(i)),
-        1 => 30.0 * number(3 + i + j),
-        _ => 0.0,
-    };
-    let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
     let contact = |(i, pad): (usize, &Pad)| {
         [0, 1].map(|d| ContactInput {
             tangential: Some(Direction::Dof(DOFS * i + d)),
@@ -172,18 +164,13 @@ fn scene(pads: &[Pad], numbers: &[f64], general: bool) -> Scene {
             ..Default::default()
         })
     };
+    let structure = structure(size, numbers, general);
+    let pressed =
+        |(k, &load): (usize, &f64)| if k % DOFS == 2 { -1.0 - 6.0 * load.abs() } else { load };
     let input = SceneInput {
-        mass: Mass::Lumped((0..size).map(|i| 1.0 + number(i + 5).abs()).collect()),
-        damping: match general {
-            true => Damping::General(stiffness.scaled(0.002)),
-            false => Damping::Proportional { mass: 0.1, stiffness: 1e-3 },
-        },
-        stiffness,
-        force: (0..size)
-            .map(|k| if k % DOFS == 2 { -1.0 - 6.0 * number(k).abs() } else { number(k) })
-            .collect(),
+        force: structure.force.iter().enumerate().map(pressed).collect(),
         contacts: pads.iter().enumerate().flat_map(contact).collect(),
-        ..Default::default()
+        ..structure
     };
     Scene::new(input).expect("well-posed")
 }

@@ -174,7 +174,8 @@ fn moved(scene: &Scene, input: &SceneInput, state: &mut State, width: f64) {
     }
 }
 
-fn input(size: usize, numbers: &[f64], states: &[ContactState], general: bool) -> SceneInput {
+/// A row of masses on springs under small loads, without contacts.
+pub(super) fn structure(size: usize, numbers: &[f64], general: bool) -> SceneInput {
     let number = |place: usize| numbers[place % numbers.len()];
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
         0 => 100.0 * (1.5 + number(i)),
@@ -182,13 +183,6 @@ fn input(size: usize, numbers: &[f64], states: &[ContactState], general: bool) -
         _ => 0.0,
     };
     let stiffness = SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry));
-    let contact = |(i, state): (usize, &ContactState)| ContactInput {
-        tangential: Some(Direction::Dof(2 * i)),
-        normal_force: 1.0 + 5.0 * number(i + 2).abs(),
-        slider_speed: SPEED,
-        state: Some(state.clone()),
-        ..Default::default()
-    };
     SceneInput {
         mass: Mass::Lumped((0..size).map(|i| 1.0 + number(i + 5).abs()).collect()),
         damping: match general {
@@ -197,9 +191,20 @@ fn input(size: usize, numbers: &[f64], states: &[ContactState], general: bool) -
         },
         stiffness,
         force: (0..size).map(number).collect(),
-        contacts: states.iter().enumerate().map(contact).collect(),
         ..Default::default()
     }
+}
+
+fn input(size: usize, numbers: &[f64], states: &[ContactState], general: bool) -> SceneInput {
+    let contact = |(i, state): (usize, &ContactState)| ContactInput {
+        tangential: Some(Direction::Dof(2 * i)),
+        normal_force: 1.0 + 5.0 * numbers[(i + 2) % numbers.len()].abs(),
+        slider_speed: SPEED,
+        state: Some(state.clone()),
+        ..Default::default()
+    };
+    let contacts = states.iter().enumerate().map(contact).collect();
+    SceneInput { contacts, ..structure(size, numbers, general) }
 }
 
 fn bristles() -> impl Strategy<Value = Bristles> {

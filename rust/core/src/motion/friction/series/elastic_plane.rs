@@ -36,8 +36,8 @@ pub(crate) struct Product {
     pub law: FrictionLaw,
     /// Argument and factor.
     pub factors: [Functional; 2],
-    /// Where the normal force changes, which the law depends on besides.
-    pub pressed: Option<Fading>,
+    /// Where the normal force changes: this, which the law depends on besides, and what becomes of the product as it vanishes.
+    pub pressed: Option<(Functional, Fading)>,
 }
 
 /// `x / N`, and `(x / (c N))^2`.
@@ -80,9 +80,8 @@ pub(crate) fn products(
     let [value, rate] = pressing(scene, combination, normal);
     let [ratio, square] = of_normal_force(plane.extent)?;
     let product = |law: &FrictionLaw, factors, largest| {
-        let contact = contact.min(beside);
-        let pressed = Some(Fading { contact, value: value.clone(), rate: rate.clone(), largest });
-        Product { law: law.clone(), factors, pressed }
+        let fading = Fading { contact: contact.min(beside), rate: rate.clone(), largest };
+        Product { law: law.clone(), factors, pressed: Some((value.clone(), fading)) }
     };
     let squares = factors.into_iter().zip([1.0, 2.0, 2.0]);
     let mut all: Vec<Product> =

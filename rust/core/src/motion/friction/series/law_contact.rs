@@ -57,8 +57,7 @@ pub(crate) struct StateInput {
 pub(crate) struct Fading {
     /// The contact along the first direction of the plane.
     pub contact: usize,
-    /// N and N'.
-    pub value: Functional,
+    /// N'
     pub rate: Functional,
     /// The largest value of the law while the spring is within its limit.
     pub largest: f64,
@@ -87,9 +86,10 @@ pub(crate) struct Flow {
 }
 
 impl LawContact {
-    /// Of a product of a spring in a plane whose normal force changes.
-    pub fn fading(&self) -> Option<&Fading> {
-        self.state.as_ref()?.fading.as_ref()
+    /// N, and what becomes of it towards `N = 0`, of a product of a spring in a plane whose normal force changes.
+    pub fn fading(&self) -> Option<(&Functional, &Fading)> {
+        let state = self.state.as_ref()?;
+        Some((&state.value, state.fading.as_ref()?))
     }
 
     /// |s|
